@@ -1,0 +1,30 @@
+//! The thud impact sensor, without a chip.
+//!
+//! A force becomes a verdict in one direction, and the modules read in that order:
+//!
+//! ```text
+//! counts ─▶ calibration ─N─▶ idle (zero, hum, noise) ─▶ onset ─▶ detector ─▶ capture
+//!                                                                   │
+//!                              impact (instant, peaks, impulse) ◀───┘
+//!                                 └─▶ severity (limits, S, verdict) ─▶ event ─▶ dictionary ─▶ node ─▶ CAN
+//! ```
+//!
+//! [`sensor::Sensor`] is a state machine without I/O: blocks of counts in, events out. The board, the
+//! simulation and the replay of a real recording all push blocks into that very type. Everything that waits
+//! (blocks, timers, CAN, flash) is in [`tasks`], generic over the traits in [`board`].
+//!
+//! No allocation, no `std`, no chip type in any signature.
+#![no_std]
+
+#[cfg(test)]
+extern crate std;
+
+pub mod board;
+pub mod capture;
+pub mod configuration;
+pub mod detector;
+pub mod event;
+pub mod impact;
+pub mod limits;
+pub mod sensor;
+pub mod units;

@@ -1,0 +1,54 @@
+//! The commands, one file each.
+
+use clap::{Parser, Subcommand};
+
+mod configure;
+mod demo;
+mod monitor;
+mod record;
+mod replay;
+mod sensor;
+mod simulate;
+mod status;
+
+/// Impact sensor for testing robots that work next to people.
+///
+/// Start with `thud demo`: a simulated robot hits the simulated rig, and the sensor's own firmware says how hard
+/// it was and whether a person would have borne it.
+#[derive(Parser, Debug)]
+#[command(version, about, propagate_version = true)]
+pub struct Thud {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand, Debug)]
+enum Command {
+    Demo(demo::Demo),
+    Simulate(simulate::Simulate),
+    Replay(replay::Replay),
+    Sensor(sensor::Sensor),
+    Configure(configure::Configure),
+    Monitor(monitor::Monitor),
+    Record(record::Record),
+    Status(status::Status),
+}
+
+impl Thud {
+    /// Runs the chosen command.
+    ///
+    /// # Errors
+    /// A sentence that says what was wrong, where, and what would be right.
+    pub fn run(self) -> miette::Result<()> {
+        match self.command {
+            Command::Demo(command) => command.run(),
+            Command::Simulate(command) => command.run(),
+            Command::Replay(command) => command.run(),
+            Command::Sensor(command) => command.run(),
+            Command::Configure(command) => command.run(),
+            Command::Monitor(command) => command.run(),
+            Command::Record(command) => command.run(),
+            Command::Status(command) => command.run(),
+        }
+    }
+}

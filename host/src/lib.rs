@@ -1,0 +1,11 @@
+//! The tool a person runs: simulate, replay, configure, watch and record.
+//!
+//! The way of the data through this floor:
+//!
+//! ```text
+//! CAN ─▶ bus (transports) ─▶ client (the sensor as an object) ─▶ command ─▶ terminal, JSON, report
+//! rig ─▶ campaign (recordings with what is believed of them) ─▶ replay ─▶ report
+//! ```
+
+pub mod command;
+pub mod json;
