@@ -8,4 +8,6 @@
 //! ```
 
 pub mod command;
+pub mod input;
 pub mod json;
+pub mod recording;
