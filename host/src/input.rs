@@ -82,6 +82,22 @@ impl InputError {
         Self::whole(&path.display().to_string(), format!("cannot be read: {error}"), remedy)
     }
 
+    /// A refusal by the TOML reader: broken syntax, an unknown key, a value of the wrong kind.
+    #[must_use]
+    pub fn toml(file: &str, text: &str, error: &toml::de::Error) -> Self {
+        let message = error.message().trim();
+        let remedy = if message.starts_with("unknown field") {
+            "correct the key or remove it; keys that mean nothing are refused, so that a slip of the pen is seen"
+        } else if message.starts_with("missing field") {
+            "add the key to this table"
+        } else if message.starts_with("invalid type") {
+            "write a value of the kind that is expected"
+        } else {
+            "correct the TOML at this place"
+        };
+        Self::at(file, text, error.span().unwrap_or(0..0), message, remedy)
+    }
+
     /// The file, as it was named by the caller.
     #[must_use]
     pub fn file(&self) -> &str {

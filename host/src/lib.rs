@@ -7,6 +7,7 @@
 //! rig ─▶ campaign (recordings with what is believed of them) ─▶ replay ─▶ report
 //! ```
 
+pub mod campaign;
 pub mod command;
 pub mod input;
 pub mod json;
