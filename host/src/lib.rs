@@ -12,3 +12,4 @@ pub mod command;
 pub mod input;
 pub mod json;
 pub mod recording;
+pub mod replay;

@@ -1,0 +1,3 @@
+//! Replay.
+pub mod padding;
+pub mod resample;
