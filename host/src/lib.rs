@@ -13,3 +13,6 @@ pub mod input;
 pub mod json;
 pub mod recording;
 pub mod replay;
+pub mod report;
+pub mod settings;
+pub mod table;

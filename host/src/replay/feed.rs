@@ -54,7 +54,9 @@ pub fn replay(
     let prepared = prepare(file, recording, rate_hz, f64::from(configuration.chain.newton_per_code))?;
     let mut configuration = *configuration;
     configuration.chain.sample_rate = Hertz(prepared.rate_hz as f32);
-    configuration.validate().map_err(|invalid| ReplayError::Configuration(format!("{invalid:?}")))?;
+    configuration
+        .validate()
+        .map_err(|invalid| ReplayError::Configuration(crate::settings::explain_invalid(invalid)))?;
 
     let chain = configuration.chain;
     let healthy = Volt(f32::midpoint(chain.bias_low.0, chain.bias_high.0));
