@@ -1,1 +1,4 @@
 //! Simulation.
+
+pub mod mechanism;
+pub mod rig;
