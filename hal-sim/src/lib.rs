@@ -10,4 +10,5 @@
 //! to run, and then it jumps from event to event: the same seed gives the same frames at the same microsecond.
 
 pub mod bus;
+pub mod chain;
 pub mod time;
