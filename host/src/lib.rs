@@ -11,6 +11,7 @@ pub mod campaign;
 pub mod command;
 pub mod input;
 pub mod json;
+pub mod model;
 pub mod recording;
 pub mod replay;
 pub mod report;
