@@ -31,4 +31,5 @@ pub mod impact;
 pub mod limits;
 pub mod onset;
 pub mod sensor;
+pub mod severity;
 pub mod units;
