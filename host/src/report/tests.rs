@@ -1,0 +1,3 @@
+//! What every page promises.
+
+use super::*;
