@@ -7,5 +7,6 @@
 //! rig ─▶ campaign (recordings with what is believed of them) ─▶ replay ─▶ report
 //! ```
 
+pub mod bus;
 pub mod command;
 pub mod json;
