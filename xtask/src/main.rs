@@ -1,2 +1,37 @@
-//! Chores.
-fn main() {}
+//! The project's chores, as `cargo xtask CHORE`.
+//!
+//! `cargo xtask test` is the one command that passes all tests on a fresh machine; it installs what it lacks.
+
+mod python;
+mod step;
+mod test;
+
+use std::process::ExitCode;
+
+const HELP: &str = "\
+Usage: cargo xtask CHORE
+
+Chores:
+  test     format, lints, documentation and all tests; installs what they need into target/
+  tables   remake the tables of the README (accuracy, speed); takes some minutes
+";
+
+fn main() -> ExitCode {
+    let mut arguments = std::env::args().skip(1);
+    let outcome = match arguments.next().as_deref() {
+        Some("test") => test::run(),
+        Some("tables") => test::tables(),
+        Some("help" | "--help" | "-h") | None => {
+            print!("{HELP}");
+            return ExitCode::SUCCESS;
+        }
+        Some(unknown) => Err(format!("there is no chore `{unknown}`\n\n{HELP}")),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("error: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! `cargo xtask test` and `cargo xtask tables`.
+
+use crate::{python, step};
+
+/// Format, lints, documentation, tests: in the order in which a mistake is cheapest to find.
+///
+/// # Errors
+/// The first step that fails.
+pub fn run() -> Result<(), String> {
+    let python = python::environment()?;
+    step::run("format", &mut step::cargo(&["fmt", "--all", "--check"]))?;
+    step::run(
+        "lints",
+        &mut step::cargo(&["clippy", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"]),
+    )?;
+    step::run(
+        "documentation",
+        step::cargo(&["doc", "--workspace", "--no-deps", "--quiet"]).env("RUSTDOCFLAGS", "-D warnings"),
+    )?;
+    step::run("documentation tests", &mut step::cargo(&["test", "--workspace", "--doc", "--quiet"]))?;
+    let mut tests = if step::works(&mut step::cargo(&["nextest", "--version"])) {
+        step::cargo(&["nextest", "run", "--workspace", "--no-fail-fast"])
+    } else {
+        step::cargo(&["test", "--workspace", "--lib", "--bins", "--tests", "--no-fail-fast"])
+    };
+    step::run("tests", tests.env("THUD_PYTHON", python))
+}
+
+/// The README's tables.
+///
+/// # Errors
+/// The first bench that fails.
+pub fn tables() -> Result<(), String> {
+    step::run("tables", &mut step::cargo(&["bench", "--workspace", "--benches"]))
+}
