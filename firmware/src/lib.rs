@@ -23,6 +23,7 @@ pub mod board;
 pub mod capture;
 pub mod configuration;
 pub mod detector;
+pub mod dictionary;
 pub mod event;
 pub mod impact;
 pub mod limits;
