@@ -115,12 +115,14 @@ impl Bus for UdpBus {
     fn receive(&mut self, timeout: Duration) -> Result<Option<Stamped>, BusError> {
         let deadline = Instant::now() + timeout;
         loop {
-            // Zero would mean for ever; the shortest wait still reads what has already come.
-            let left = deadline.saturating_duration_since(Instant::now()).max(Duration::from_micros(1));
-            let received = self
-                .receiver
-                .set_read_timeout(Some(left))
-                .and_then(|()| self.receiver.recv_from(self.buffer.as_mut_slice()));
+            let left = deadline.saturating_duration_since(Instant::now());
+            // No wait must be no wait: the kernel rounds a short timeout up to its tick.
+            let ready = if left.is_zero() {
+                self.receiver.set_nonblocking(true)
+            } else {
+                self.receiver.set_nonblocking(false).and_then(|()| self.receiver.set_read_timeout(Some(left)))
+            };
+            let received = ready.and_then(|()| self.receiver.recv_from(self.buffer.as_mut_slice()));
             match received {
                 Ok((length, from)) => {
                     let at = self.opened.elapsed();
