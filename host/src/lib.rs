@@ -8,5 +8,6 @@
 //! ```
 
 pub mod bus;
+pub mod client;
 pub mod command;
 pub mod json;

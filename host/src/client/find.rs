@@ -32,11 +32,8 @@ pub(super) fn find(line: &mut Line, node: Option<u8>) -> Result<Vec<Sensor>, Cli
     let asked: Vec<u8> = node.map_or_else(|| (1..=127).collect(), |node| vec![node]);
 
     let products = ask_all(line, &asked, index::IDENTITY, 2)?;
-    let ours: Vec<u8> = products
-        .iter()
-        .filter(|(_, answers)| answers.contains(&PRODUCT_CODE))
-        .map(|(node, _)| *node)
-        .collect();
+    let ours: Vec<u8> =
+        products.iter().filter(|(_, answers)| answers.contains(&PRODUCT_CODE)).map(|(node, _)| *node).collect();
     let serials = ask_all(line, &ours, index::IDENTITY, 4)?;
     if serials.is_empty() {
         return Err(nobody(line, node, &products));
