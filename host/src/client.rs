@@ -20,6 +20,8 @@ pub mod find;
 pub mod line;
 pub mod recording;
 pub mod sdo;
+#[cfg(test)]
+mod served;
 pub mod settings;
 pub mod status;
 pub mod watch;
@@ -214,7 +216,10 @@ fn time_frame(since_1970: Duration) -> Frame {
 }
 
 #[cfg(test)]
-mod tests {
+mod tests;
+
+#[cfg(test)]
+mod time_tests {
     use super::*;
 
     #[test]

@@ -390,9 +390,9 @@ impl<'a> Sdo<'a> {
             let Ok(segment) = BlockSegment::try_from(data.as_slice()) else { continue };
             if segment.seqnum == 0 {
                 // 0x80 with number 0 is no segment but an abort.
-                match SdoResponse::try_from(data) {
-                    Ok(response) => self.not_ours(&response)?,
-                    Err(()) => return Err(self.torn("a segment has number 0")),
+                match decode(data) {
+                    Some(response) => self.not_ours(&response)?,
+                    None => return Err(self.torn("a segment has number 0")),
                 }
                 continue;
             }
@@ -431,7 +431,7 @@ impl<'a> Sdo<'a> {
 
     fn response(&mut self) -> Result<SdoResponse, SdoError> {
         let Some(data) = self.line.answer(self.node, ANSWER)? else { return Err(self.no_answer()) };
-        SdoResponse::try_from(data).map_err(|()| self.torn(format!("0x{:02X} begins no answer", data[0])))
+        decode(data).ok_or_else(|| self.torn(format!("0x{:02X} begins no answer", data[0])))
     }
 
     fn no_answer(&mut self) -> SdoError {
@@ -442,6 +442,24 @@ impl<'a> Sdo<'a> {
     fn torn(&self, what: impl Into<String>) -> SdoError {
         SdoError::Torn { node: self.node, index: self.index, sub: self.sub, what: what.into() }
     }
+}
+
+/// An answer's meaning.
+///
+/// zencan-common 0.0.5 decodes all but one: in the answer to a block upload it takes the bit "size indicated" for a part of
+/// the subcommand (CiA 301, figure 44: only bit 0 is).
+fn decode(data: [u8; 8]) -> Option<SdoResponse> {
+    const BLOCK_UPLOAD_BEGINS: u8 = 0xC0;
+    if data[0] & 0xE1 == BLOCK_UPLOAD_BEGINS {
+        return Some(SdoResponse::ConfirmBlockUpload {
+            sc: data[0] & 4 != 0,
+            s: data[0] & 2 != 0,
+            index: u16::from_le_bytes([data[1], data[2]]),
+            sub: data[3],
+            size: u32::from_le_bytes([data[4], data[5], data[6], data[7]]),
+        });
+    }
+    SdoResponse::try_from(data).ok()
 }
 
 /// An abort code in words, CiA 301 table 22.
