@@ -32,5 +32,6 @@ pub mod limits;
 pub mod outbox;
 pub mod sdo;
 pub mod sensor;
+pub mod shared;
 pub mod storage;
 pub mod units;
