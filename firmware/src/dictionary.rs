@@ -35,6 +35,8 @@
 pub mod event_record;
 pub mod frame;
 pub mod object;
+pub mod settings;
+pub mod value;
 
 /// Indices by name.
 pub mod index {

@@ -8,6 +8,13 @@
 //! ```
 
 pub mod bus;
+pub mod campaign;
 pub mod client;
 pub mod command;
+pub mod input;
 pub mod json;
+pub mod recording;
+pub mod replay;
+pub mod report;
+pub mod settings;
+pub mod table;

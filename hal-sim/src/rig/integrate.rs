@@ -1,0 +1,266 @@
+//! Follows the motion from event to event.
+//!
+//! The library's solver makes the steps; here each step's interpolant is looked through for the first event, the step
+//! is cut there, the form of the equations changes, and the solver begins anew. (The library's own event handling
+//! watches one function at a time and does not tell several apart.)
+
+use differential_equations::error::Error;
+use differential_equations::interpolate::Interpolation;
+use differential_equations::methods::{ExplicitRungeKutta, ImplicitRungeKutta, Ordinary, Radau};
+use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
+use differential_equations::status::Status;
+use differential_equations::tolerance::Tolerance;
+
+use super::assembly::Assembly;
+use super::impact::Impact;
+use super::motion::{MOST_EVENTS, Mode, PieceForm, System};
+use super::trajectory::Trajectory;
+use super::{Kind, RigError};
+
+/// The most events that are followed in one impact.
+const MOST_CHANGES: usize = 5_000;
+/// The most steps that the solver may try between two events.
+const MOST_STEPS: usize = 100_000;
+
+/// How exactly the motion is followed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Accuracy {
+    /// Relative error of a step.
+    pub relative: f64,
+    /// Absolute error of a step, as a force at the cell, N.
+    pub force_n: f64,
+}
+
+impl Default for Accuracy {
+    /// Errors far below any noise: some 10⁻⁷ of the peak.
+    fn default() -> Self {
+        Self { relative: 1e-8, force_n: 1e-5 }
+    }
+}
+
+/// What the solver had to do.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Effort {
+    /// Evaluations of the equations.
+    pub evaluations: usize,
+    /// Steps that were kept.
+    pub steps: usize,
+    /// Steps that were tried again with a smaller step.
+    pub rejected: usize,
+    /// Changes of contact, friction, stops and drives.
+    pub events: usize,
+}
+
+pub(super) fn integrate(assembly: Assembly, until_s: f64, accuracy: Accuracy) -> Result<Impact, RigError> {
+    let system = System::new(assembly)?;
+    match system.states() {
+        0..=2 => by_size::<2>(system, until_s, accuracy),
+        3..=4 => by_size::<4>(system, until_s, accuracy),
+        5..=8 => by_size::<8>(system, until_s, accuracy),
+        _ => by_size::<12>(system, until_s, accuracy),
+    }
+}
+
+fn by_size<const N: usize>(system: System, until_s: f64, accuracy: Accuracy) -> Result<Impact, RigError> {
+    let mut absolute = system.tolerances(accuracy.force_n)[..N].to_vec();
+    absolute.truncate(N);
+    if system.form == PieceForm::Creeping {
+        follow::<N, 4, _>(system, until_s, || {
+            ImplicitRungeKutta::<Ordinary, Radau, f64, [f64; N], 5, 3, 3>::radau5()
+                .rtol(accuracy.relative)
+                .atol(Tolerance::Vector(absolute.clone()))
+        })
+    } else {
+        follow::<N, 8, _>(system, until_s, || {
+            ExplicitRungeKutta::dop853()
+                .rtol(accuracy.relative)
+                .atol(Tolerance::Vector(absolute.clone()))
+                .max_steps(MOST_STEPS)
+        })
+    }
+}
+
+/// The equations between two events, as the solver takes them.
+struct Form<'a> {
+    system: &'a System,
+    mode: Mode,
+}
+
+impl<const N: usize> ODE<f64, [f64; N]> for Form<'_> {
+    fn diff(&self, time_s: f64, state: &[f64; N], rates: &mut [f64; N]) {
+        self.system.rates(time_s, state, &self.mode, rates);
+    }
+}
+
+/// `NODES` equally spaced states determine a step's interpolant.
+fn follow<const N: usize, const NODES: usize, Method>(
+    system: System,
+    until_s: f64,
+    method: impl Fn() -> Method,
+) -> Result<Impact, RigError>
+where
+    Method: OrdinaryNumericalMethod<f64, [f64; N]> + Interpolation<f64, [f64; N]>,
+{
+    let (start, mode) = system.start();
+    let mut state = [0.0; N];
+    state.copy_from_slice(&start[..N]);
+    let mut intervals = Vec::new();
+    if mode.touching {
+        intervals.push((0.0, None));
+    }
+    let mut trajectory = Trajectory::new(system.states());
+    let mut effort = Effort::default();
+    let mut form = Form { system: &system, mode };
+    let mut time_s = 0.0;
+    while time_s < until_s {
+        let begun_s = time_s;
+        let failed =
+            move |error: Error<f64, [f64; N]>| RigError::Solver { time_s: begun_s, reason: reason(&error).to_owned() };
+        let mut solver = method();
+        let stop_s = system.next_switch_s(&form.mode).min(until_s);
+        if stop_s > time_s {
+            effort.evaluations += solver.init(&form, time_s, stop_s, &state).map_err(failed)?.function;
+        }
+        let mut event = None;
+        while event.is_none() && time_s < stop_s {
+            // A rest too short to step over would stop the solver's step control.
+            let last = solver.t() + solver.h() * (1.0 + 1e-9) >= stop_s;
+            if last {
+                solver.set_h(stop_s - solver.t());
+            }
+            effort.evaluations += solver.step(&form).map_err(failed)?.function;
+            if matches!(solver.status(), Status::RejectedStep) {
+                effort.rejected += 1;
+                continue;
+            }
+            effort.steps += 1;
+            let (from_s, to_s) = (solver.t_prev(), solver.t());
+            if to_s <= from_s {
+                return Err(RigError::Solver { time_s, reason: "the step became too small".to_owned() });
+            }
+            let mut nodes = [[0.0; N]; NODES];
+            for (number, node) in nodes.iter_mut().enumerate() {
+                let at_s = if number + 1 == NODES {
+                    to_s
+                } else {
+                    from_s + (to_s - from_s) * number as f64 / (NODES - 1) as f64
+                };
+                *node = solver.interpolate(at_s).map_err(failed)?;
+            }
+            event = first_event(&mut solver, &form, from_s, to_s, &nodes);
+            time_s = event.map_or(if last { stop_s } else { to_s }, |(_, at_s)| at_s);
+            trajectory.push(from_s, to_s - from_s, time_s, &nodes, form.mode);
+            state = solver.interpolate(time_s.min(to_s)).map_err(failed)?;
+        }
+        effort.events += 1;
+        if effort.events > MOST_CHANGES {
+            return Err(RigError::Chattering { time_s, most: MOST_CHANGES });
+        }
+        let touched = form.mode.touching;
+        match event {
+            Some((number, at_s)) => system.pass(number, at_s, &mut state, &mut form.mode),
+            None => system.switch(&mut form.mode, time_s),
+        }
+        match (touched, form.mode.touching) {
+            (false, true) => intervals.push((time_s, None)),
+            (true, false) => {
+                if let Some(interval) = intervals.last_mut() {
+                    interval.1 = Some(time_s);
+                }
+            }
+            _ => {}
+        }
+    }
+    effort.events -= 1; // the end of the simulation is none
+    debug_assert!(system.assembly.kind != Kind::Fall || intervals.is_empty());
+    drop(form);
+    Ok(Impact::new(system, trajectory, intervals, until_s, effort))
+}
+
+/// What the solver says, without the state that it prints at length.
+fn reason<const N: usize>(error: &Error<f64, [f64; N]>) -> &'static str {
+    match error {
+        Error::MaxSteps { .. } => "too many steps between two events",
+        Error::StepSize { .. } => "the step became too small",
+        Error::Stiffness { .. } => "the equations are too stiff for the explicit method",
+        Error::OutOfBounds { .. } => "its interpolant was asked outside of the step",
+        _ => "its linear algebra failed",
+    }
+}
+
+/// The first event of a step and its instant: a margin that was positive at one node (or at the step's start, where
+/// rounding may have put it on either side of zero) and is negative at the next.
+fn first_event<const N: usize, const NODES: usize>(
+    solver: &mut impl Interpolation<f64, [f64; N]>,
+    form: &Form<'_>,
+    from_s: f64,
+    to_s: f64,
+    nodes: &[[f64; N]; NODES],
+) -> Option<(usize, f64)> {
+    let mut before = [1.0; MOST_EVENTS];
+    let mut after = [1.0; MOST_EVENTS];
+    let count = form.system.margins(from_s, &nodes[0], &form.mode, &mut before);
+    let at_s = |number: usize| from_s + (to_s - from_s) * number as f64 / (NODES - 1) as f64;
+    for number in 1..NODES {
+        form.system.margins(at_s(number), &nodes[number], &form.mode, &mut after);
+        let mut first: Option<(usize, f64)> = None;
+        for event in 0..count {
+            if after[event] < 0.0 {
+                let low_s = at_s(number - 1);
+                let mut margin = |time_s: f64| {
+                    let state = solver.interpolate(time_s.clamp(from_s, to_s)).unwrap_or(nodes[number]);
+                    let mut margins = [1.0; MOST_EVENTS];
+                    form.system.margins(time_s, &state, &form.mode, &mut margins);
+                    margins[event]
+                };
+                let time_s = if before[event] <= 0.0 {
+                    low_s
+                } else {
+                    root(&mut margin, low_s, at_s(number).min(to_s), before[event], after[event])
+                };
+                if first.is_none_or(|(_, first_s)| time_s < first_s) {
+                    first = Some((event, time_s));
+                }
+            }
+        }
+        if first.is_some() {
+            return first;
+        }
+        before = after;
+    }
+    None
+}
+
+/// The zero of a falling function between `low` and `high`, by regula falsi with the Illinois rule,
+/// until the bracket is 10⁻¹³ s or the value is zero. Of the bracket the later end is returned, so that the new form
+/// begins on its own side.
+fn root(margin: &mut impl FnMut(f64) -> f64, mut low: f64, mut high: f64, mut at_low: f64, mut at_high: f64) -> f64 {
+    let mut side = 0;
+    for _ in 0..100 {
+        if high - low <= 1e-13 + 4.0 * f64::EPSILON * high.abs() {
+            break;
+        }
+        let mut middle = (low * at_high - high * at_low) / (at_high - at_low);
+        if !(middle > low && middle < high) {
+            middle = 0.5 * (low + high);
+        }
+        let value = margin(middle);
+        if value == 0.0 {
+            return middle;
+        }
+        if value > 0.0 {
+            (low, at_low) = (middle, value);
+            if side == 1 {
+                at_high *= 0.5;
+            }
+            side = 1;
+        } else {
+            (high, at_high) = (middle, value);
+            if side == -1 {
+                at_low *= 0.5;
+            }
+            side = -1;
+        }
+    }
+    high
+}
