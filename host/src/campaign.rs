@@ -17,8 +17,8 @@ mod read;
 mod write;
 
 pub use folder::{FILE_NAME, Loaded, load};
-pub(crate) use read::{RigTable, estimate_table};
-pub(crate) use write::{estimate_toml, number_toml, push_rig, string_toml};
+pub(crate) use read::{RigCheck, RigTable};
+pub(crate) use write::{number_toml, push_rig, string_toml};
 
 use crate::recording;
 

@@ -129,6 +129,28 @@ impl InputError {
     }
 }
 
+/// Reads a file as text.
+///
+/// # Errors
+/// The file cannot be read, or is not UTF-8; then with line and column.
+pub fn read_text(path: &Path) -> Result<String, InputError> {
+    let bytes = std::fs::read(path).map_err(|error| InputError::unreadable(path, &error))?;
+    text_of(&path.display().to_string(), bytes)
+}
+
+/// The bytes of a file as text; `file` is the name that errors give it.
+///
+/// # Errors
+/// They are not UTF-8; with line and column.
+pub fn text_of(file: &str, bytes: Vec<u8>) -> Result<String, InputError> {
+    String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        let lossy = String::from_utf8_lossy(error.as_bytes());
+        let problem = format!("byte 0x{:02X} is not UTF-8 text", error.as_bytes()[at]);
+        InputError::at(file, &lossy, at..at + 1, problem, "save the file as UTF-8 (or plain ASCII) text")
+    })
+}
+
 fn floor_char_boundary(text: &str, index: usize) -> usize {
     let mut index = index.min(text.len());
     while !text.is_char_boundary(index) {

@@ -13,6 +13,7 @@ pub mod client;
 pub mod command;
 pub mod input;
 pub mod json;
+pub mod model;
 pub mod recording;
 pub mod replay;
 pub mod report;

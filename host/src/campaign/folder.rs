@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::Campaign;
 use super::read::parse_placed;
-use crate::input::InputError;
+use crate::input::{InputError, read_text};
 use crate::recording::{self, Recording};
 
 /// Name of the campaign's own file.
@@ -41,12 +41,7 @@ pub fn load(path: &Path) -> Result<Loaded, InputError> {
         (path.to_owned(), path.join(FILE_NAME))
     };
     let file = toml_path.display().to_string();
-    let text = std::fs::read(&toml_path).map_err(|error| InputError::unreadable(&toml_path, &error))?;
-    let text = String::from_utf8(text).map_err(|error| {
-        let at = error.utf8_error().valid_up_to();
-        let lossy = String::from_utf8_lossy(error.as_bytes()).into_owned();
-        InputError::at(&file, &lossy, at..at + 1, "this is not UTF-8 text", "save the file as UTF-8")
-    })?;
+    let text = read_text(&toml_path)?;
     let placed = parse_placed(&file, &text)?;
     let campaign = placed.campaign;
     let mut warnings = placed.warnings;

@@ -81,7 +81,7 @@ impl Campaign {
 
 pub(super) fn parse_placed(file: &str, text: &str) -> Result<Placed, InputError> {
     let table: CampaignTable = toml::from_str(text).map_err(|error| InputError::toml(file, text, &error))?;
-    let check = Check { file, text };
+    let check = RigCheck { file, text };
     if table.format.get_ref() != FORMAT {
         return Err(check.refuse(
             table.format.span(),
@@ -121,18 +121,13 @@ pub(super) fn parse_placed(file: &str, text: &str) -> Result<Placed, InputError>
     })
 }
 
-/// Checks the `[rig]` table of a campaign or a model.
-pub(crate) struct Check<'a> {
+/// Checks the tables of a campaign; the `[rig]` table is a model's too.
+pub(crate) struct RigCheck<'a> {
     pub(crate) file: &'a str,
     pub(crate) text: &'a str,
 }
 
-/// Reads a `{ value, sd }` pair where no sign is required of the value.
-pub(crate) fn estimate_table(table: EstimateTable) -> Estimate {
-    Estimate { value: table.value, sd: table.sd }
-}
-
-impl Check<'_> {
+impl RigCheck<'_> {
     fn refuse(&self, span: Range<usize>, problem: impl Into<String>, remedy: impl Into<String>) -> InputError {
         InputError::at(self.file, self.text, span, problem, remedy)
     }
@@ -172,7 +167,8 @@ impl Check<'_> {
 
     /// An estimate; above zero unless `sign_free`.
     fn estimate(&self, key: &str, table: &Spanned<EstimateTable>, sign_free: bool) -> Result<Estimate, InputError> {
-        let estimate = estimate_table(*table.get_ref());
+        let EstimateTable { value, sd } = *table.get_ref();
+        let estimate = Estimate { value, sd };
         if !estimate.value.is_finite() || (!sign_free && estimate.value <= 0.0) {
             return Err(self.refuse(
                 table.span(),

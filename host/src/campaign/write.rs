@@ -63,7 +63,7 @@ pub(crate) fn number_toml(value: f64) -> String {
 }
 
 /// `{ value = …, sd = … }`
-pub(crate) fn estimate_toml(estimate: Estimate) -> String {
+fn estimate_toml(estimate: Estimate) -> String {
     format!("{{ value = {}, sd = {} }}", number_toml(estimate.value), number_toml(estimate.sd))
 }
 

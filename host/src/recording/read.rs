@@ -8,7 +8,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::{Channel, Recording, TIME, unit_of};
-use crate::input::InputError;
+use crate::input::{InputError, read_text, text_of};
 
 /// Longest piece of a cell that an error repeats.
 const REPEATED_CHARS: usize = 40;
@@ -18,8 +18,7 @@ const REPEATED_CHARS: usize = 40;
 /// # Errors
 /// The file could not be read, or is not the format; with line and column.
 pub fn read(path: &Path) -> Result<Recording, InputError> {
-    let bytes = std::fs::read(path).map_err(|error| InputError::unreadable(path, &error))?;
-    parse(&path.display().to_string(), &bytes)
+    Reader { file: &path.display().to_string(), text: &read_text(path)? }.recording()
 }
 
 /// Reads a recording from the bytes of a file; `file` is the name that errors give it.
@@ -27,22 +26,7 @@ pub fn read(path: &Path) -> Result<Recording, InputError> {
 /// # Errors
 /// The first thing that is not the format; with line and column.
 pub fn parse(file: &str, bytes: &[u8]) -> Result<Recording, InputError> {
-    let text = match std::str::from_utf8(bytes) {
-        Ok(text) => text,
-        Err(error) => {
-            let at = error.valid_up_to();
-            let lossy = String::from_utf8_lossy(bytes);
-            let problem = format!("byte 0x{:02X} is not UTF-8 text", bytes[at]);
-            return Err(InputError::at(
-                file,
-                &lossy,
-                at..at + 1,
-                problem,
-                "save the file as UTF-8 (or plain ASCII) CSV",
-            ));
-        }
-    };
-    Reader { file, text }.recording()
+    Reader { file, text: &text_of(file, bytes.to_vec())? }.recording()
 }
 
 struct Reader<'a> {
