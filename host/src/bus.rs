@@ -17,6 +17,7 @@ use serde::Serialize;
 use thud_firmware::board::Frame;
 
 pub mod address;
+pub mod option;
 pub mod packet;
 pub mod udp;
 

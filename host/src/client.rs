@@ -25,6 +25,7 @@ mod served;
 pub mod settings;
 pub mod status;
 pub mod watch;
+pub mod words;
 
 use find::Sensor;
 use line::Line;

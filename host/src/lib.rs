@@ -12,6 +12,7 @@ pub mod campaign;
 pub mod client;
 pub mod command;
 pub mod input;
+pub mod interrupt;
 pub mod json;
 pub mod model;
 pub mod recording;

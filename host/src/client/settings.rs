@@ -73,8 +73,6 @@ pub struct Item {
     pub sub: u8,
     /// Unit in which it is shown.
     pub unit: &'static str,
-    /// Shown value per value of the object.
-    pub scale: f32,
     /// The value in a configuration.
     pub get: fn(&Configuration) -> Raw,
     /// Puts a value into a configuration; `None` if it is none of the choices.
@@ -101,12 +99,12 @@ impl Item {
     }
 
     fn with_unit(&self, value: f32) -> String {
-        let shown = shortest(value * self.scale);
+        let shown = shortest(value);
         if self.unit.is_empty() { shown } else { format!("{shown} {}", self.unit) }
     }
 }
 
-/// A number as short as it can be written without losing what REAL32 holds of it after scaling.
+/// A number in six digits, which is what REAL32 holds.
 fn shortest(value: f32) -> String {
     let rounded: f32 = format!("{value:.5e}").parse().unwrap_or(value);
     if rounded != 0.0 && (rounded.abs() < 1e-4 || rounded.abs() >= 1e7) {
@@ -118,13 +116,12 @@ fn shortest(value: f32) -> String {
 
 /// A setting that is a number.
 macro_rules! number {
-    ($name:literal, $index:ident : $sub:literal, $unit:literal, $scale:literal, $raw:ident, $($path:ident).+ $(, $wrap:ident)?) => {
+    ($name:literal, $index:ident : $sub:literal, $unit:literal, $raw:ident, $($path:ident).+ $(, $wrap:ident)?) => {
         Item {
             name: $name,
             index: index::$index,
             sub: $sub,
             unit: $unit,
-            scale: $scale,
             get: |c| Raw::$raw(number!(@get c.$($path).+ $(, $wrap)?)),
             set: |c, raw| {
                 let Raw::$raw(value) = raw else { return None };
@@ -148,7 +145,6 @@ macro_rules! choice {
             index: index::$index,
             sub: $sub,
             unit: "",
-            scale: 1.0,
             get: |c| Raw::U8($get(c)),
             set: |c, raw| {
                 let Raw::U8(number) = raw else { return None };
@@ -157,15 +153,6 @@ macro_rules! choice {
             choice: Some($names),
         }
     };
-}
-
-/// The name of a contact kind.
-#[must_use]
-pub fn contact_name(contact: ContactKind) -> &'static str {
-    match contact {
-        ContactKind::Free => "free",
-        ContactKind::Clamped => "clamped",
-    }
 }
 
 fn contact_from(number: u8) -> Option<ContactKind> {
@@ -189,7 +176,7 @@ pub static ITEMS: [Item; 20] = [
         JUDGEMENT: 2,
         |c: &Configuration| c.contact as u8,
         |c: &mut Configuration, number| { c.contact = contact_from(number)?; Some(()) },
-        |number| contact_from(number).map(contact_name)
+        |number| contact_from(number).map(crate::settings::contact_word)
     ),
     choice!(
         "limits",
@@ -198,7 +185,7 @@ pub static ITEMS: [Item; 20] = [
         |c: &mut Configuration, number| { c.limits = LimitsProfile::from_number(number)?; Some(()) },
         |number| LimitsProfile::from_number(number).map(LimitsProfile::name)
     ),
-    number!("body stiffness", JUDGEMENT: 4, "N/mm", 1e-3, F32, body_stiffness, NewtonPerMetre),
+    number!("body stiffness", JUDGEMENT: 4, "N/m", F32, body_stiffness, NewtonPerMetre),
     choice!(
         "filter",
         JUDGEMENT: 5,
@@ -206,13 +193,12 @@ pub static ITEMS: [Item; 20] = [
         |c: &mut Configuration, number| { c.filter = FilterProfile::from_number(number)?; Some(()) },
         |number| FilterProfile::from_number(number).map(FilterProfile::name)
     ),
-    number!("relative uncertainty", JUDGEMENT: 6, "%", 100.0, F32, relative_uncertainty),
+    number!("relative uncertainty", JUDGEMENT: 6, "", F32, relative_uncertainty),
     Item {
         name: "effective mass",
         index: index::MASS_SETTINGS,
         sub: 1,
         unit: "kg",
-        scale: 1.0,
         get: |c| Raw::F32(c.effective_mass.map_or(0.0, |mass| mass.0)),
         set: |c, raw| {
             let Raw::F32(mass) = raw else { return None };
@@ -221,19 +207,19 @@ pub static ITEMS: [Item; 20] = [
         },
         choice: None,
     },
-    number!("longest age of a received mass", MASS_SETTINGS: 2, "ms", 1.0, U32, effective_mass_max_age_ms),
-    number!("onset multiple", DETECTION: 1, "times the noise", 1.0, F32, onset_multiple),
-    number!("onset minimum", DETECTION: 2, "N", 1.0, F32, onset_minimum, Newton),
-    number!("sample rate", CHAIN: 1, "Hz", 1.0, F32, chain.sample_rate, Hertz),
-    number!("force per code", CHAIN: 2, "N", 1.0, F32, chain.newton_per_code),
-    number!("zero code", CHAIN: 3, "", 1.0, U16, chain.zero_code),
-    number!("clip low", CHAIN: 4, "", 1.0, U16, chain.clip_low),
-    number!("clip high", CHAIN: 5, "", 1.0, U16, chain.clip_high),
-    number!("time constant", CHAIN: 6, "s", 1.0, F32, chain.time_constant, Second),
-    number!("bias low", CHAIN: 7, "V", 1.0, F32, chain.bias_low, Volt),
-    number!("bias high", CHAIN: 8, "V", 1.0, F32, chain.bias_high, Volt),
-    number!("node id", NODE: 1, "", 1.0, U8, node.node_id),
-    number!("heartbeat", NODE: 2, "ms", 1.0, U16, node.heartbeat_ms),
+    number!("longest age of a received mass", MASS_SETTINGS: 2, "ms", U32, effective_mass_max_age_ms),
+    number!("onset multiple", DETECTION: 1, "times the noise", F32, onset_multiple),
+    number!("onset minimum", DETECTION: 2, "N", F32, onset_minimum, Newton),
+    number!("sample rate", CHAIN: 1, "Hz", F32, chain.sample_rate, Hertz),
+    number!("force per code", CHAIN: 2, "N", F32, chain.newton_per_code),
+    number!("zero code", CHAIN: 3, "", U16, chain.zero_code),
+    number!("clip low", CHAIN: 4, "", U16, chain.clip_low),
+    number!("clip high", CHAIN: 5, "", U16, chain.clip_high),
+    number!("time constant", CHAIN: 6, "s", F32, chain.time_constant, Second),
+    number!("bias low", CHAIN: 7, "V", F32, chain.bias_low, Volt),
+    number!("bias high", CHAIN: 8, "V", F32, chain.bias_high, Volt),
+    number!("node id", NODE: 1, "", U8, node.node_id),
+    number!("heartbeat", NODE: 2, "ms", U16, node.heartbeat_ms),
 ];
 
 /// The configuration that is in force, and its name.
@@ -415,7 +401,7 @@ impl Client {
 fn refusal_sentence(node: u8, item: &Item, reason: u8, lowest: f32, highest: f32, offered: f32) -> String {
     let permitted = if lowest.is_finite() && highest.is_finite() && lowest <= highest && highest > 0.0 {
         let zero = if item.is_mass() { "0 (unknown) or " } else { "" };
-        format!("{zero}{} to {} is permitted", shortest(lowest * item.scale), item.with_unit(highest))
+        format!("{zero}{} to {} is permitted", shortest(lowest), item.with_unit(highest))
     } else {
         "it contradicts the other settings".to_owned()
     };
@@ -483,8 +469,8 @@ mod tests {
 
     #[test]
     fn values_are_shown_in_the_units_of_the_field() {
-        assert_eq!(item("body stiffness").show(Raw::F32(25_000.0)), "25 N/mm");
-        assert_eq!(item("relative uncertainty").show(Raw::F32(0.03)), "3 %");
+        assert_eq!(item("body stiffness").show(Raw::F32(25_000.0)), "25000 N/m");
+        assert_eq!(item("relative uncertainty").show(Raw::F32(0.03)), "0.03");
         assert_eq!(item("effective mass").show(Raw::F32(0.0)), "unknown");
         assert_eq!(item("region").show(Raw::U8(5)), "chest");
         assert_eq!(item("filter").show(Raw::U8(0)), "iso-pas-5672");
@@ -495,7 +481,7 @@ mod tests {
         let sentence = refusal_sentence(32, item("body stiffness"), 1, 1e3, 1e6, 5.0);
         assert_eq!(
             sentence,
-            "body stiffness 0.005 N/mm is too low: 1 to 1000 N/mm is permitted (object 0x2000:4, node 32)"
+            "body stiffness 5 N/m is too low: 1000 to 1000000 N/m is permitted (object 0x2000:4, node 32)"
         );
         let sentence = refusal_sentence(32, item("effective mass"), 2, 0.05, 1e3, 2e3);
         assert!(sentence.contains("0 (unknown) or 0.05 to 1000 kg is permitted"), "{sentence}");

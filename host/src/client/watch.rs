@@ -479,7 +479,7 @@ impl Watch {
             followed.missing.iter().filter(|(_, since)| now >= **since + PATIENCE).map(|(number, _)| *number).collect();
         let mut lost = Vec::new();
         for number in due {
-            match read_event(client, node, number) {
+            match client.logged_event(node, number) {
                 Ok(Some(event)) => {
                     followed.missing.remove(&number);
                     let frames = frame::encode(&event, followed.sample_rate);
@@ -506,21 +506,41 @@ impl Watch {
     }
 }
 
-/// An event from the sensor's log; `None` when it has been overwritten.
-fn read_event(client: &mut Client, node: u8, number: u32) -> Result<Option<Event>, ClientError> {
-    let mut sdo = client.sdo(node);
-    let first: u32 = sdo.read(index::EVENT_LOG, 1)?;
-    if number < first {
-        return Ok(None);
+impl Client {
+    /// An event from the sensor's log; `None` when it has been overwritten.
+    ///
+    /// # Errors
+    /// [`ClientError::Sdo`], also when the record is damaged or another master selected another event meanwhile.
+    pub fn logged_event(&mut self, node: u8, number: u32) -> Result<Option<Event>, ClientError> {
+        let mut sdo = self.sdo(node);
+        let first: u32 = sdo.read(index::EVENT_LOG, 1)?;
+        if number < first {
+            return Ok(None);
+        }
+        sdo.write(index::EVENT_LOG, 4, number)?;
+        let record = sdo.upload(index::EVENT_LOG, 5)?;
+        let torn = |what: String| SdoError::Torn { node, index: index::EVENT_LOG, sub: 5, what };
+        let event = event_record::decode(&record).map_err(|malformed| torn(malformed.to_string()))?;
+        if event.number != number {
+            return Err(torn(format!("event {} came instead of {number}", event.number)).into());
+        }
+        Ok(Some(event))
     }
-    sdo.write(index::EVENT_LOG, 4, number)?;
-    let record = sdo.upload(index::EVENT_LOG, 5)?;
-    let torn = |what: String| SdoError::Torn { node, index: index::EVENT_LOG, sub: 5, what };
-    let event = event_record::decode(&record).map_err(|malformed| torn(malformed.to_string()))?;
-    if event.number != number {
-        return Err(torn(format!("event {} came instead of {number}", event.number)).into());
+
+    /// All events that the sensor's log holds, oldest first.
+    ///
+    /// # Errors
+    /// [`ClientError::Sdo`].
+    pub fn logged_events(&mut self, node: u8) -> Result<Vec<Event>, ClientError> {
+        let mut sdo = self.sdo(node);
+        let first: u32 = sdo.read(index::EVENT_LOG, 1)?;
+        let last: u32 = sdo.read(index::EVENT_LOG, 2)?;
+        let mut events = Vec::new();
+        for number in first.max(1)..=last {
+            events.extend(self.logged_event(node, number)?);
+        }
+        Ok(events)
     }
-    Ok(Some(event))
 }
 
 #[cfg(test)]
