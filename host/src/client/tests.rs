@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use miette::Diagnostic as _;
 use proptest::prelude::*;
-use rand::{RngExt as _, SeedableRng as _};
+use rand::SeedableRng as _;
 use thud_firmware::board::Frame;
 use thud_firmware::dictionary::index;
 

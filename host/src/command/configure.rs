@@ -20,13 +20,10 @@ use crate::table::{Side, Table};
 /// Only what is given changes, and all of it or nothing: the sensor checks the whole and says what it refuses and what
 /// it would permit. The new configuration is in force between impacts, gets the next revision, and is kept in flash.
 /// Without any setting, the present configuration is shown.
-///
-/// Examples:
-///
-///     thud configure --region chest --mass 6.1
-///     thud configure --node 32 --node-id 33 --reset
 #[derive(clap::Args, Debug)]
-#[command(verbatim_doc_comment)]
+#[command(
+    after_long_help = "Examples:\n  thud configure --region chest --mass 6.1\n  thud configure --node 32 --node-id 33 --reset"
+)]
 pub struct Configure {
     #[command(flatten)]
     bus: BusOption,

@@ -18,13 +18,8 @@ use crate::json::JsonOption;
 /// Alarms, events with their verdicts, faults in words, and losses, of all sensors in one table, until Ctrl-C, --count
 /// or --duration. An event whose frames got lost is read from the sensor's log; one that is no longer there is
 /// reported as lost. Times are the sensor's own, in seconds since its power-up.
-///
-/// Examples:
-///
-///     thud monitor
-///     thud monitor --count 3 --json events.json
 #[derive(clap::Args, Debug)]
-#[command(verbatim_doc_comment)]
+#[command(after_long_help = "Examples:\n  thud monitor\n  thud monitor --count 3 --json events.json")]
 pub struct Monitor {
     #[command(flatten)]
     bus: BusOption,

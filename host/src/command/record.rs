@@ -28,12 +28,8 @@ use crate::recording::{Channel, FORCE, Recording};
 ///
 /// A campaign also says what the experimenter believes: give --speed and --mass with their standard deviations.
 /// Without --speed, the speed is estimated from impulse and mass (v = J / (m (1 + e)), e = 0.8 ± 0.15).
-///
-/// Example:
-///
-///     thud record --out chest-pose-1 --count 5 --speed 0.25 --speed-sd 0.003
 #[derive(clap::Args, Debug)]
-#[command(verbatim_doc_comment)]
+#[command(after_long_help = "Example:\n  thud record --out chest-pose-1 --count 5 --speed 0.25 --speed-sd 0.003")]
 pub struct Record {
     #[command(flatten)]
     bus: BusOption,

@@ -14,12 +14,8 @@ use crate::table::{Side, Table};
 ///
 /// Asks every node id for a sensor (or the one given by --node) and shows identity, configuration, noise, losses and
 /// bus errors of each. Losses and errors that are not zero are explained below the table.
-///
-/// Example, with `thud sensor` running in another terminal:
-///
-///     thud status
 #[derive(clap::Args, Debug)]
-#[command(verbatim_doc_comment)]
+#[command(after_long_help = "Example, with `thud sensor` running in another terminal:\n  thud status")]
 pub struct Status {
     #[command(flatten)]
     bus: BusOption,
