@@ -19,4 +19,5 @@ pub mod recording;
 pub mod replay;
 pub mod report;
 pub mod settings;
+pub mod simulation;
 pub mod table;

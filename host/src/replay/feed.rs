@@ -1,14 +1,18 @@
 //! The blocks of a prepared recording into the firmware, and what comes out.
 
-use thud_firmware::board::{AdcCode, BLOCK, BlockInfo, Overrun};
+use thud_firmware::board::{BLOCK, BlockInfo, Overrun};
 use thud_firmware::configuration::{Chain, Configuration};
 use thud_firmware::detector::{ChainFault, ImpactContext, Signal, Signals, Stamped};
-use thud_firmware::event::{Event, Onset};
+use thud_firmware::event::{Event, Flags, Onset, Verdict};
 use thud_firmware::sensor::Sensor;
-use thud_firmware::units::{Hertz, Volt};
+use thud_firmware::units::Hertz;
+use thud_sim::chain::{ChainSettings, FrontEnd, MeasuringChain};
 
 use super::{Prepared, ReplayError, prepare};
 use crate::recording::Recording;
+
+/// A separation this close to the end of a recording that ends under load is that end, s.
+const CUT_WITHIN_S: f64 = 0.02;
 
 /// One finished impact.
 #[derive(Clone, Debug)]
@@ -41,6 +45,26 @@ impl Replayed {
     }
 }
 
+impl Replayed {
+    /// Marks the contact that the end of the recording cuts: its rest is not known, so it never passes.
+    ///
+    /// The firmware cannot know, as it sees the force end there.
+    fn mark_cut(&mut self) {
+        let rate = self.prepared.rate_hz;
+        // The filter rounds the end off; a separation this close to it is the cut.
+        let close = (CUT_WITHIN_S * rate) as u64;
+        let last = self.impacts.iter_mut().flat_map(|impact| &mut impact.events).next_back();
+        let Some(event) = last else { return };
+        let separation = event.contact_instant.index + (f64::from(event.duration.0) * rate) as u64;
+        if separation + close >= self.prepared.end {
+            event.flags |= Flags::TRUNCATED;
+            if event.severity.verdict == Verdict::Pass {
+                event.severity.verdict = Verdict::Inconclusive;
+            }
+        }
+    }
+}
+
 /// Replays a recording; `file` is the name that errors give it. `rate_hz` overrides the choice of [`prepare`].
 ///
 /// # Errors
@@ -58,8 +82,8 @@ pub fn replay(
         .validate()
         .map_err(|invalid| ReplayError::Configuration(crate::settings::explain_invalid(invalid)))?;
 
-    let chain = configuration.chain;
-    let healthy = Volt(f32::midpoint(chain.bias_low.0, chain.bias_high.0));
+    // A recording brings its own noise and filters: this chain only quantises and saturates, so it needs no seed.
+    let mut chain = MeasuringChain::new(&chain_settings(&configuration.chain), 0);
     let stamped = Stamped { configuration, revision: 0, hash: 0 };
     let mut feed = Feed {
         // Two captured curves are too large for a thread's stack to be relied upon.
@@ -81,16 +105,21 @@ pub fn replay(
         }
         next = stretch.first;
         for values in stretch.values.chunks(BLOCK) {
+            let mut newtons = [0.0; BLOCK];
+            newtons[..values.len()].copy_from_slice(values);
             let mut codes = [0; BLOCK];
-            for (code, value) in codes.iter_mut().zip(values) {
-                *code = code_of(*value, &chain);
-            }
-            let signals = feed.sensor.push(&codes[..values.len()], &BlockInfo { first_index: next, bias: healthy });
+            chain.convert(&mut newtons[..values.len()], &mut codes[..values.len()]);
+            let info = BlockInfo { first_index: next, bias: chain.bias() };
+            let signals = feed.sensor.push(&codes[..values.len()], &info);
             feed.take(signals, next);
             next += values.len() as u64;
         }
     }
-    Ok(feed.replayed)
+    let mut replayed = feed.replayed;
+    if prepared.cut {
+        replayed.mark_cut();
+    }
+    Ok(replayed)
 }
 
 struct Feed {
@@ -115,10 +144,18 @@ impl Feed {
     }
 }
 
-/// What the ADC makes of a force: rounded to a code, and no further than its ends.
-fn code_of(force_n: f64, chain: &Chain) -> AdcCode {
-    let code = f64::from(chain.zero_code) + force_n / f64::from(chain.newton_per_code);
-    code.round().clamp(0.0, f64::from(AdcCode::MAX)) as AdcCode
+/// The simulated chain that this configuration is calibrated for: sensitivity, rails, 16 bits, and nothing else.
+fn chain_settings(chain: &Chain) -> ChainSettings {
+    let reference = FrontEnd::REFERENCE;
+    let gain = reference.gain * reference.newton_per_code() / f64::from(chain.newton_per_code);
+    let front_end = FrontEnd {
+        gain,
+        zero_code: chain.zero_code,
+        lower_rail: chain.clip_low,
+        upper_rail: chain.clip_high,
+        ..reference
+    };
+    ChainSettings { sample_rate: chain.sample_rate, front_end, ..ChainSettings::transparent() }
 }
 
 #[cfg(test)]
@@ -126,14 +163,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_force_beyond_full_scale_saturates() {
-        let chain = Chain::REFERENCE;
-        assert_eq!(code_of(0.0, &chain), chain.zero_code);
-        assert_eq!(code_of(1e9, &chain), AdcCode::MAX);
-        assert_eq!(code_of(-1e9, &chain), 0);
-        let code = code_of(100.0, &chain);
-        assert!(
-            (f32::from(code - chain.zero_code) * chain.newton_per_code - 100.0).abs() <= chain.newton_per_code / 2.0
-        );
+    fn a_force_beyond_full_scale_saturates_and_a_smaller_one_is_rounded() {
+        for newton_per_code in [Chain::REFERENCE.newton_per_code, 0.001] {
+            let configured = Chain { newton_per_code, ..Chain::REFERENCE };
+            let mut chain = MeasuringChain::new(&chain_settings(&configured), 0);
+            let mut newtons = [0.0, 1e9, -1e9, 20.0];
+            let mut codes = [0; 4];
+            chain.convert(&mut newtons, &mut codes);
+            assert_eq!(codes[..3], [configured.zero_code, configured.clip_high, configured.clip_low]);
+            let back = f32::from(codes[3] - configured.zero_code) * newton_per_code;
+            assert!((back - 20.0).abs() <= 0.51 * newton_per_code, "{back}");
+        }
     }
 }

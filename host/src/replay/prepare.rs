@@ -118,16 +118,12 @@ pub fn prepare(
     let tail = (QUIET_AFTER_S * rate).ceil() as u64;
     if cut {
         notes.push(format!(
-            "it ends at {} s while {:.1} N act: the rest of that contact is not known",
+            "it ends at {} s while {:.1} N act: the rest of that contact is not known, it is marked truncated",
             times[times.len() - 1],
             last.values[last.values.len() - 1] - quiet.level()
         ));
-        // A sample that is lost, so that the firmware knows that something is missing.
-        stretches.push(Stretch { first: end + 1, values: Vec::new() });
     }
-    let last = stretches.last_mut().expect("a recording has samples");
-    let from = last.first + last.values.len() as u64;
-    last.values.extend((from..from + tail).map(|sample| quiet.at(sample as i64 - lead as i64)));
+    last.values.extend((end..end + tail).map(|sample| quiet.at(sample as i64 - lead as i64)));
 
     Ok(Prepared { rate_hz: rate, origin_s: times[0] - lead as f64 / rate, stretches, lost, end, cut, notes })
 }
@@ -207,7 +203,7 @@ mod tests {
         let prepared = prepare("a.csv", &recording(times(-2.0, 0.01, 20_000.0), pulse), None, 0.07).unwrap();
         assert!(prepared.cut);
         assert_eq!(prepared.lost, 0);
-        assert_eq!(prepared.stretches[1].first, prepared.end + 1);
+        assert_eq!(prepared.time_s(prepared.end as f64), -2.0 + (prepared.end as f64) / 20_000.0);
         assert!(prepared.notes.iter().any(|note| note.contains("it ends at")), "{:?}", prepared.notes);
     }
 
