@@ -17,9 +17,9 @@ pub(super) const MOST_EVENTS: usize = 16;
 const MOST_TRIGGERS: usize = 4;
 
 /// Viscous friction that a massless piece has in a force that depends on its rate, N·s/m: it only decides how fast
-/// the balance is found where the pad's own damping vanishes. At 0.5 m/s it is 0.5 mN, and the balance on the
-/// softest rig is found within 0.1 µs.
-const PIECE_DRAG_NS_PER_M: f64 = 1e-3;
+/// the balance is found where the pad's own damping vanishes. At 0.5 m/s it is 5 µN, and the balance on the
+/// softest rig is found within 1 ns.
+const PIECE_DRAG_NS_PER_M: f64 = 1e-5;
 
 /// What the piece is in the equations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -391,7 +391,7 @@ impl System {
         if mode.touching {
             margins[0] = instant.contact_n;
         } else if self.assembly.kind != Kind::Fall {
-            margins[0] = self.free_depth_m(state, mode) - (instant.tip_m - instant.piece_m);
+            margins[0] = self.gap_m(&instant, state, mode);
         }
         if mode.touching || self.form == PieceForm::Massive {
             match mode.guiding {
@@ -538,6 +538,22 @@ impl System {
     fn spring(&self, depth_m: f64, rate_m_per_s: f64, state: &[f64], mode: &Mode) -> Response {
         let beyond = mode.beyond >> self.contact_laws;
         respond(&self.assembly.spring, depth_m, rate_m_per_s, beyond, &state[self.layout.spring..])
+    }
+
+    /// Positive while robot and rig do not touch. A pad with damping lets go before it has recovered; until then
+    /// the robot may be where the pad was, and touches again only if it comes fast enough to press.
+    fn gap_m(&self, instant: &Instant, state: &[f64], mode: &Mode) -> f64 {
+        let depth_m = instant.tip_m - instant.piece_m;
+        let gap_m = self.free_depth_m(state, mode) - depth_m;
+        if gap_m > 0.0 {
+            return gap_m;
+        }
+        let rate_m_per_s = instant.tip_m_per_s - instant.piece_m_per_s;
+        let would_press = match self.form {
+            PieceForm::Carried => self.spring(instant.tip_m, instant.tip_m_per_s, state, mode),
+            _ => self.pad(depth_m, rate_m_per_s, state, mode),
+        };
+        gap_m.max(-would_press.force_n / would_press.stiffness_n_per_m.abs().max(1.0))
     }
 
     /// How deep the pad stays when nothing presses on it: it has not recovered while its states have not.
