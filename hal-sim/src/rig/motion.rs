@@ -170,6 +170,54 @@ impl System {
         (state, mode)
     }
 
+    /// The angular frequency of the ideal pulse, 1/s.
+    pub(super) fn pulsation_per_s(&self) -> f64 {
+        let springs = self.assembly.spring.stiffness_n_per_m;
+        let series =
+            self.assembly.pad.as_ref().map_or(springs, |pad| 1.0 / (1.0 / springs + 1.0 / pad.stiffness_n_per_m));
+        (series / self.assembly.approach.effective_mass_kg).sqrt()
+    }
+
+    /// The first moment of a contact that a creeping piece begins freely: its length and the states after it.
+    ///
+    /// There the damping is next to nothing, so that the piece's equation is infinitely stiff only to become
+    /// milder at once, and a solver that estimates its error with the first moment's stiffness overlooks it. But while
+    /// the robot's speed v is constant the balance is a ramp, x_p = u·t with P((v − u)t, v − u) = S(u·t, u). The moment is a
+    /// thousandth of a radian of the pulse, over which v changes by less than 10⁻⁶ of itself.
+    pub(super) fn onset(&self, time_s: f64, state: &[f64], mode: &Mode) -> Option<(f64, [f64; MOST_STATES])> {
+        let (PieceForm::Creeping, Some(pad), Some(piece)) = (self.form, &self.assembly.pad, self.layout.piece) else {
+            return None;
+        };
+        if !mode.touching || mode.guiding != Guiding::Free {
+            return None;
+        }
+        let springs = self.assembly.spring.stiffness_n_per_m;
+        let moment_s = 1e-3 / self.pulsation_per_s();
+        let speed = state[1];
+        let mut velocity = speed * pad.stiffness_n_per_m / (pad.stiffness_n_per_m + springs);
+        for _ in 0..40 {
+            let closing = speed - velocity;
+            let press = self.pad(closing * moment_s, closing, state, mode);
+            let spring = self.spring(velocity * moment_s, velocity, state, mode);
+            let slope = (press.stiffness_n_per_m + spring.stiffness_n_per_m) * moment_s
+                + press.damping_ns_per_m
+                + spring.damping_ns_per_m;
+            let step = (press.force_n - spring.force_n) / slope;
+            velocity += step;
+            if step.abs() <= 1e-14 {
+                break;
+            }
+        }
+        let mut rates = [0.0; MOST_STATES];
+        self.rates(time_s, state, mode, &mut rates);
+        rates[piece] = velocity;
+        let mut after = [0.0; MOST_STATES];
+        for ((after, before), rate) in after.iter_mut().zip(state).zip(rates) {
+            *after = before + rate * moment_s;
+        }
+        Some((moment_s, after))
+    }
+
     /// Absolute tolerances of the states for a tolerance of the force at the cell.
     pub(super) fn tolerances(&self, force_n: f64) -> [f64; MOST_STATES] {
         let stiffness = self.assembly.spring.stiffness_n_per_m;
