@@ -129,11 +129,12 @@ impl Flash {
         self.memory.borrow().dead
     }
 
-    /// The power is back.
+    /// The power is back, if it was cut as ordered; a cut that is still to come stays ordered.
     pub fn revive(&self) {
         let memory = &mut *self.memory.borrow_mut();
-        memory.dead = false;
-        memory.cut_at = None;
+        if std::mem::take(&mut memory.dead) {
+            memory.cut_at = None;
+        }
     }
 
     /// What was done to it.

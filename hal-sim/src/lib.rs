@@ -10,9 +10,11 @@
 //! to run, and then it jumps from event to event: the same seed gives the same frames at the same microsecond.
 
 pub mod adc;
+pub mod board;
 pub mod bus;
 pub mod chain;
 pub mod flash;
 pub mod force;
 pub mod time;
 pub mod watchdog;
+pub mod world;
