@@ -20,11 +20,23 @@
 extern crate std;
 
 pub mod board;
+pub mod calibration;
 pub mod capture;
 pub mod configuration;
 pub mod detector;
+pub mod dictionary;
+pub mod emergency;
 pub mod event;
+pub mod event_log;
+pub mod filter;
+pub mod idle;
 pub mod impact;
 pub mod limits;
+pub mod onset;
+pub mod outbox;
+pub mod sdo;
 pub mod sensor;
+pub mod severity;
+pub mod shared;
+pub mod storage;
 pub mod units;

@@ -1,0 +1,395 @@
+//! The instant at which a force begins or ends, below one sample and below the threshold.
+//!
+//! Every contact without an impact on something harder begins as an arc from zero. Fitted, by Gauss–Newton, to the
+//! samples of the flank is
+//!
+//! ```text
+//! F(u) = s·u·(1 − z/6 + z²/120 − …) = s·sin(√q·u)/√q,   z = q·u²,   u = t − t₀ ≥ 0
+//! ```
+//!
+//! slope s, curvature q (negative for a pad that stiffens: the series then is sinh), instant t₀. q has a loose prior from the
+//! time to the peak, q = (π/2τ)² ± itself, so that a short stretch is fitted by a line in effect and a long one by
+//! the arc it is.
+//!
+//! The stretch grows by half its length, from five samples on, until the predicted deviation of t₀ is below 15 µs. A
+//! hard blow needs five samples; a soft slow hit, whose instant noise hides, the whole pulse. It stops growing when the
+//! residual no longer looks like the tracked noise (a moving piece rings, a damper bends the arc): then the longest
+//! stretch that did is taken. So the model is trusted no further than noise demands and the data allow.
+//!
+//! The end of a contact is the same flank, read backward.
+
+use super::force::{Force, PIECE};
+use crate::capture::Curve;
+
+/// The deviation at which growing stops, s.
+const ENOUGH: f32 = 15e-6;
+/// Shortest stretch, samples.
+const SHORTEST: usize = 5;
+/// Longest stretch, samples: every bin fits into one piece.
+const LONGEST: usize = POINTS * (PIECE - 1);
+/// A stretch longer than this many points is averaged in bins.
+const POINTS: usize = 64;
+/// Gauss–Newton steps for each stretch.
+const STEPS: usize = 6;
+/// The residual's mean square over the noise's may reach 1 + this/√points: three deviations of χ².
+const MISFIT: f32 = 4.24;
+/// Relative error of the arc that is not worth resolving.
+const MODEL_ERROR: f32 = 2e-4;
+
+/// Which way a flank is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// The force begins.
+    Begin,
+    /// The force ends: read backward.
+    End,
+}
+
+/// What is known of a flank before it is fitted. Positions are samples from the curve's first one.
+#[derive(Clone, Copy, Debug)]
+pub struct Flank {
+    /// Which end of the contact.
+    pub direction: Direction,
+    /// First sample (in reading direction) that is certainly part of the contact.
+    pub inside: usize,
+    /// Samples from there to the peak, and to the other end.
+    pub to_peak: f32,
+    /// Samples from there to the other end of the contact.
+    pub to_end: usize,
+    /// How far outside the instant may lie, samples.
+    pub reach: usize,
+    /// Peak force, N.
+    pub peak: f32,
+    /// Noise, N rms.
+    pub noise: f32,
+    /// Samples per second.
+    pub rate: f32,
+}
+
+/// The instant found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Instant {
+    /// Position, samples from the curve's first one.
+    pub position: f32,
+    /// Predicted deviation, samples.
+    pub deviation: f32,
+}
+
+/// One fitted stretch. Unit of length is the stretch itself.
+#[derive(Clone, Copy, Debug)]
+struct Arc {
+    /// t₀, samples inward from [`Flank::inside`] (usually negative).
+    begin: f32,
+    /// Slope, N per sample.
+    slope: f32,
+    /// Curvature q, 1/sample².
+    curvature: f32,
+}
+
+struct Fitted {
+    arc: Arc,
+    deviation: f32,
+    /// Mean square of the residual over that of the noise.
+    misfit: f32,
+    points: usize,
+}
+
+impl Flank {
+    /// Fits the flank.
+    pub fn instant<C: Curve>(&self, force: &Force<'_, C>) -> Instant {
+        let Some(first) = self.first_guess(force) else {
+            return self.place(0.0, 1.0);
+        };
+        let curvature = self.prior_curvature();
+        let mut arc = Arc { curvature, ..first };
+        let whole = (self.to_end as f32 - first.begin).clamp(SHORTEST as f32, LONGEST as f32);
+        let mut length = (SHORTEST as f32).max(2.0 - first.begin).min(whole);
+        let mut best: Option<Fitted> = None;
+        let enough = ENOUGH * self.rate;
+        loop {
+            let Some(fitted) = self.fit(force, arc, length) else { break };
+            let allowed = 1.0 + MISFIT / libm::sqrtf(fitted.points as f32);
+            let fits = fitted.misfit <= allowed;
+            if best.is_some() && !fits {
+                break;
+            }
+            arc = fitted.arc;
+            let done = fitted.deviation <= enough || !fits || length >= whole;
+            best = Some(fitted);
+            if done {
+                break;
+            }
+            length = (length * 1.5).min(whole);
+        }
+        match best {
+            Some(fitted) => self.place(fitted.arc.begin, fitted.deviation * libm::sqrtf(fitted.misfit.max(1.0))),
+            None => self.place(first.begin, 1.0),
+        }
+    }
+
+    /// (π/2τ)², τ the time to the peak.
+    fn prior_curvature(&self) -> f32 {
+        let quarter = core::f32::consts::FRAC_PI_2 / self.to_peak.max(2.0);
+        quarter * quarter
+    }
+
+    fn place(&self, begin: f32, deviation: f32) -> Instant {
+        let begin = if begin.is_finite() { begin.clamp(-(self.reach as f32), self.to_peak.max(1.0)) } else { 0.0 };
+        let inside = self.inside as f32;
+        let position = match self.direction {
+            Direction::Begin => inside + begin,
+            Direction::End => inside - begin,
+        };
+        Instant { position, deviation }
+    }
+
+    /// A straight line through the beginning of the flank, extended to zero.
+    fn first_guess<C: Curve>(&self, force: &Force<'_, C>) -> Option<Arc> {
+        let count = ((self.to_peak * 0.3) as usize).clamp(2, PIECE);
+        let mut piece = [0.0; PIECE];
+        let count = self.read(force, 0, &mut piece[..count]);
+        if count < 2 {
+            return None;
+        }
+        let centre = (count - 1) as f32 / 2.0;
+        let mut mean = 0.0;
+        let mut rise = 0.0;
+        let mut spread = 0.0;
+        for (index, x) in piece[..count].iter().enumerate() {
+            let from_centre = index as f32 - centre;
+            mean += x / count as f32;
+            rise += x * from_centre;
+            spread += from_centre * from_centre;
+        }
+        let slope = rise / spread;
+        if !(slope > 0.0) {
+            return None;
+        }
+        // The first sample inside is above the threshold and the one before it is not: t₀ is not far outside on a steep flank.
+        let begin = (centre - mean / slope).clamp(-(self.reach as f32), 0.5);
+        Some(Arc { begin, slope, curvature: 0.0 })
+    }
+
+    /// Forces at `inward` samples from [`Self::inside`] on, in reading direction.
+    fn read<C: Curve>(&self, force: &Force<'_, C>, inward: isize, into: &mut [f32]) -> usize {
+        match self.direction {
+            Direction::Begin => match self.inside.checked_add_signed(inward) {
+                Some(from) => force.read(from, into),
+                None => 0,
+            },
+            Direction::End => match self.inside.checked_add_signed(-inward) {
+                Some(from) if from < force.len() => force.read_backward(from, into),
+                _ => 0,
+            },
+        }
+    }
+
+    /// Gauss–Newton on a stretch of `length` samples from t₀ on.
+    fn fit<C: Curve>(&self, force: &Force<'_, C>, start: Arc, length: f32) -> Option<Fitted> {
+        let mut arc = start;
+        let mut last = None;
+        for step in 0..=STEPS {
+            let normal = self.linearise(force, &arc, length)?;
+            last = Some(Fitted {
+                arc,
+                deviation: libm::sqrtf(normal.variance_of_begin()?) * length,
+                misfit: normal.squares / normal.points.max(1) as f32,
+                points: normal.points,
+            });
+            if step == STEPS {
+                break;
+            }
+            let [by_slope, by_curvature, by_begin] = normal.solve()?;
+            // Steps are held within what the linearisation can mean.
+            let scale = arc.slope.abs() * length;
+            arc.slope = (arc.slope + by_slope.clamp(-scale, scale) / length).max(0.1 * start.slope);
+            arc.curvature += by_curvature.clamp(-3.0, 3.0) / (length * length);
+            let moved = by_begin.clamp(-0.5, 0.5) * length;
+            arc.begin = (arc.begin + moved).clamp(-(self.reach as f32), self.to_peak.max(1.0));
+            if moved.abs() < 1e-3 && step > 0 {
+                break;
+            }
+        }
+        last
+    }
+
+    /// Gathers the normal equations around an arc, in units of the stretch's length and weighted by the noise.
+    fn linearise<C: Curve>(&self, force: &Force<'_, C>, arc: &Arc, length: f32) -> Option<Normal> {
+        let first = libm::ceilf(arc.begin) as isize;
+        let last = libm::floorf(arc.begin + length) as isize;
+        let samples = usize::try_from(last - first + 1).ok().filter(|samples| *samples >= 3)?;
+        let per_bin = samples.div_ceil(POINTS);
+        let floor = MODEL_ERROR * self.peak;
+        let variance = self.noise * self.noise / per_bin as f32 + floor * floor;
+        let curvature = (arc.curvature * length * length).clamp(-4.0, 11.0);
+        let prior = self.prior_curvature() * length * length;
+        let mut normal = Normal::with_prior(prior - curvature, prior.max(1e-3));
+        let amplitude = arc.slope * length;
+        let mut piece = [0.0; PIECE];
+        let chunk = (PIECE / per_bin).max(1) * per_bin.min(PIECE);
+        let mut at = 0;
+        while at + per_bin <= samples {
+            let wanted = chunk.min((samples - at) / per_bin * per_bin);
+            let count = self.read(force, first + at as isize, &mut piece[..wanted]);
+            for (bin, values) in piece[..count].chunks_exact(per_bin).enumerate() {
+                let centre = (first + (at + bin * per_bin) as isize) as f32 + (per_bin - 1) as f32 / 2.0;
+                let x = (centre - arc.begin) / length;
+                let mean = values.iter().sum::<f32>() / per_bin as f32;
+                let shape = Shape::at(x, curvature);
+                let gradient = [shape.value, amplitude * shape.by_curvature, -amplitude * shape.by_x];
+                normal.add(gradient, mean - amplitude * shape.value, variance);
+            }
+            if count < wanted {
+                break;
+            }
+            at += wanted;
+        }
+        (normal.points >= 3).then_some(normal)
+    }
+}
+
+/// sin(√p·x)/√p and its derivatives, as series: |p·x²| stays below 11, where nine terms are exact in `f32`.
+struct Shape {
+    value: f32,
+    by_x: f32,
+    by_curvature: f32,
+}
+
+impl Shape {
+    fn at(x: f32, p: f32) -> Self {
+        let z = -p * x * x;
+        let (mut sine, mut cosine, mut slope) = (0.0, 0.0, 0.0);
+        let mut k = 9.0;
+        // Horner: sine = Σ z^k/(2k+1)!, cosine = Σ z^k/(2k)!, slope = dsine/dz.
+        while k >= 1.0 {
+            slope = (sine + z * slope) / ((2.0 * k + 2.0) * (2.0 * k + 3.0));
+            sine = 1.0 + z * sine / ((2.0 * k + 2.0) * (2.0 * k + 3.0));
+            cosine = 1.0 + z * cosine / ((2.0 * k + 1.0) * (2.0 * k + 2.0));
+            k -= 1.0;
+        }
+        slope = (sine + z * slope) / 6.0;
+        sine = 1.0 + z * sine / 6.0;
+        cosine = 1.0 + z * cosine / 2.0;
+        Self { value: x * sine, by_x: cosine, by_curvature: -x * x * x * slope }
+    }
+}
+
+/// Normal equations for slope, curvature and begin.
+struct Normal {
+    matrix: [[f32; 3]; 3],
+    right: [f32; 3],
+    squares: f32,
+    points: usize,
+}
+
+impl Normal {
+    fn with_prior(distance: f32, deviation: f32) -> Self {
+        let weight = 1.0 / (deviation * deviation);
+        let mut normal = Self { matrix: [[0.0; 3]; 3], right: [0.0; 3], squares: 0.0, points: 0 };
+        normal.matrix[1][1] = weight;
+        normal.right[1] = weight * distance;
+        normal
+    }
+
+    fn add(&mut self, gradient: [f32; 3], residual: f32, variance: f32) {
+        for (row, g) in gradient.iter().enumerate() {
+            for (column, h) in gradient.iter().enumerate() {
+                self.matrix[row][column] += g * h / variance;
+            }
+            self.right[row] += g * residual / variance;
+        }
+        self.squares += residual * residual / variance;
+        self.points += 1;
+    }
+
+    /// Cholesky after scaling the diagonal to one, which keeps `f32` sufficient.
+    fn factor(&self) -> Option<([[f32; 3]; 3], [f32; 3])> {
+        let mut scale = [0.0; 3];
+        for (row, s) in scale.iter_mut().enumerate() {
+            let diagonal = self.matrix[row][row];
+            if !(diagonal > 0.0 && diagonal.is_finite()) {
+                return None;
+            }
+            *s = 1.0 / libm::sqrtf(diagonal);
+        }
+        let mut factor = [[0.0f32; 3]; 3];
+        for row in 0..3 {
+            for column in 0..=row {
+                let mut sum = self.matrix[row][column] * scale[row] * scale[column];
+                if row == column {
+                    sum += 1e-6;
+                }
+                for inner in 0..column {
+                    sum -= factor[row][inner] * factor[column][inner];
+                }
+                if row == column {
+                    if !(sum > 0.0) {
+                        return None;
+                    }
+                    factor[row][row] = libm::sqrtf(sum);
+                } else {
+                    factor[row][column] = sum / factor[column][column];
+                }
+            }
+        }
+        Some((factor, scale))
+    }
+
+    fn solve_for(&self, right: [f32; 3]) -> Option<[f32; 3]> {
+        let (factor, scale) = self.factor()?;
+        let mut x = [0.0f32; 3];
+        for row in 0..3 {
+            let mut sum = right[row] * scale[row];
+            for inner in 0..row {
+                sum -= factor[row][inner] * x[inner];
+            }
+            x[row] = sum / factor[row][row];
+        }
+        for row in (0..3).rev() {
+            let mut sum = x[row];
+            for inner in row + 1..3 {
+                sum -= factor[inner][row] * x[inner];
+            }
+            x[row] = sum / factor[row][row];
+        }
+        for row in 0..3 {
+            x[row] *= scale[row];
+        }
+        x.iter().all(|value| value.is_finite()).then_some(x)
+    }
+
+    fn solve(&self) -> Option<[f32; 3]> {
+        self.solve_for(self.right)
+    }
+
+    /// Variance of the begin, in squares of the stretch's length.
+    fn variance_of_begin(&self) -> Option<f32> {
+        self.solve_for([0.0, 0.0, 1.0]).map(|x| x[2].max(0.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_series_is_the_sine() {
+        for p in [-4.0f32, -0.5, 1e-6, 0.5, 3.0, 9.8] {
+            for x in [0.1f32, 0.5, 1.0] {
+                let shape = Shape::at(x, p);
+                let root = libm::sqrt(f64::from(p.abs()));
+                let argument = root * f64::from(x);
+                let (value, by_x) = if p > 0.0 {
+                    (libm::sin(argument) / root, libm::cos(argument))
+                } else {
+                    (libm::sinh(argument) / root, libm::cosh(argument))
+                };
+                assert!((f64::from(shape.value) - value).abs() < 1e-6, "{p} {x}");
+                assert!((f64::from(shape.by_x) - by_x).abs() < 1e-5, "{p} {x}");
+                let h = 1e-3;
+                let numeric = (Shape::at(x, p + h).value - Shape::at(x, p - h).value) / (2.0 * h);
+                assert!((shape.by_curvature - numeric).abs() < 2e-4, "{p} {x}");
+            }
+        }
+    }
+}
