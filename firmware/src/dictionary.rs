@@ -32,6 +32,7 @@
 #![doc = ""]
 #![doc = include_str!("dictionary/table.md")]
 
+pub mod access;
 pub mod event_record;
 pub mod frame;
 pub mod object;

@@ -32,6 +32,7 @@ pub mod filter;
 pub mod idle;
 pub mod impact;
 pub mod limits;
+pub mod node;
 pub mod onset;
 pub mod outbox;
 pub mod sdo;
