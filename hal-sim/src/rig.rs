@@ -17,7 +17,7 @@
 //!
 //! How it is solved: the motion is cut at every event (contact, separation, a stop, sticking, sliding), so that each
 //! stretch between two events has a smooth right-hand side, and each stretch is integrated by an adaptive
-//! method with dense output, on which the next event is located: Dormand–Prince 8(5,3), or Radau IIA where a massless
+//! method with dense output, on which the next event is located: Verner's 6(5), or Radau IIA where a massless
 //! piece meets a force that depends on its rate, which is stiff.
 
 mod assembly;

@@ -7,9 +7,12 @@
 //! rig ─▶ campaign (recordings with what is believed of them) ─▶ replay ─▶ report
 //! ```
 
+pub mod bus;
 pub mod campaign;
+pub mod client;
 pub mod command;
 pub mod input;
+pub mod interrupt;
 pub mod json;
 pub mod model;
 pub mod recording;

@@ -72,7 +72,8 @@ impl JudgeOptions {
     }
 }
 
-fn names<T: Copy>(choices: &[T], name: impl Fn(T) -> &'static str) -> PossibleValuesParser {
+/// The choices of an option by their names.
+pub fn names<T: Copy>(choices: &[T], name: impl Fn(T) -> &'static str) -> PossibleValuesParser {
     PossibleValuesParser::new(choices.iter().map(|choice| name(*choice)))
 }
 

@@ -17,9 +17,9 @@ pub(super) const MOST_EVENTS: usize = 16;
 const MOST_TRIGGERS: usize = 4;
 
 /// Viscous friction that a massless piece has in a force that depends on its rate, N·s/m: it only decides how fast
-/// the balance is found where the pad's own damping vanishes. At 0.5 m/s it is 0.5 mN, and the balance on the
-/// softest rig is found within 0.1 µs.
-const PIECE_DRAG_NS_PER_M: f64 = 1e-3;
+/// the balance is found where the pad's own damping vanishes. At 0.5 m/s it is 5 µN, and the balance on the
+/// softest rig is found within 1 ns.
+const PIECE_DRAG_NS_PER_M: f64 = 1e-5;
 
 /// What the piece is in the equations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -168,6 +168,54 @@ impl System {
             acting: 0,
         };
         (state, mode)
+    }
+
+    /// The angular frequency of the ideal pulse, 1/s.
+    pub(super) fn pulsation_per_s(&self) -> f64 {
+        let springs = self.assembly.spring.stiffness_n_per_m;
+        let series =
+            self.assembly.pad.as_ref().map_or(springs, |pad| 1.0 / (1.0 / springs + 1.0 / pad.stiffness_n_per_m));
+        (series / self.assembly.approach.effective_mass_kg).sqrt()
+    }
+
+    /// The first moment of a contact that a creeping piece begins freely: its length and the states after it.
+    ///
+    /// There the damping is next to nothing, so that the piece's equation is infinitely stiff only to become
+    /// milder at once, and a solver that estimates its error with the first moment's stiffness overlooks it. But while
+    /// the robot's speed v is constant the balance is a ramp, x_p = u·t with P((v − u)t, v − u) = S(u·t, u). The moment is a
+    /// thousandth of a radian of the pulse, over which v changes by less than 10⁻⁶ of itself.
+    pub(super) fn onset(&self, time_s: f64, state: &[f64], mode: &Mode) -> Option<(f64, [f64; MOST_STATES])> {
+        let (PieceForm::Creeping, Some(pad), Some(piece)) = (self.form, &self.assembly.pad, self.layout.piece) else {
+            return None;
+        };
+        if !mode.touching || mode.guiding != Guiding::Free {
+            return None;
+        }
+        let springs = self.assembly.spring.stiffness_n_per_m;
+        let moment_s = 1e-3 / self.pulsation_per_s();
+        let speed = state[1];
+        let mut velocity = speed * pad.stiffness_n_per_m / (pad.stiffness_n_per_m + springs);
+        for _ in 0..40 {
+            let closing = speed - velocity;
+            let press = self.pad(closing * moment_s, closing, state, mode);
+            let spring = self.spring(velocity * moment_s, velocity, state, mode);
+            let slope = (press.stiffness_n_per_m + spring.stiffness_n_per_m) * moment_s
+                + press.damping_ns_per_m
+                + spring.damping_ns_per_m;
+            let step = (press.force_n - spring.force_n) / slope;
+            velocity += step;
+            if step.abs() <= 1e-14 {
+                break;
+            }
+        }
+        let mut rates = [0.0; MOST_STATES];
+        self.rates(time_s, state, mode, &mut rates);
+        rates[piece] = velocity;
+        let mut after = [0.0; MOST_STATES];
+        for ((after, before), rate) in after.iter_mut().zip(state).zip(rates) {
+            *after = before + rate * moment_s;
+        }
+        Some((moment_s, after))
     }
 
     /// Absolute tolerances of the states for a tolerance of the force at the cell.
@@ -391,7 +439,7 @@ impl System {
         if mode.touching {
             margins[0] = instant.contact_n;
         } else if self.assembly.kind != Kind::Fall {
-            margins[0] = self.free_depth_m(state, mode) - (instant.tip_m - instant.piece_m);
+            margins[0] = self.gap_m(&instant, state, mode);
         }
         if mode.touching || self.form == PieceForm::Massive {
             match mode.guiding {
@@ -538,6 +586,22 @@ impl System {
     fn spring(&self, depth_m: f64, rate_m_per_s: f64, state: &[f64], mode: &Mode) -> Response {
         let beyond = mode.beyond >> self.contact_laws;
         respond(&self.assembly.spring, depth_m, rate_m_per_s, beyond, &state[self.layout.spring..])
+    }
+
+    /// Positive while robot and rig do not touch. A pad with damping lets go before it has recovered; until then
+    /// the robot may be where the pad was, and touches again only if it comes fast enough to press.
+    fn gap_m(&self, instant: &Instant, state: &[f64], mode: &Mode) -> f64 {
+        let depth_m = instant.tip_m - instant.piece_m;
+        let gap_m = self.free_depth_m(state, mode) - depth_m;
+        if gap_m > 0.0 {
+            return gap_m;
+        }
+        let rate_m_per_s = instant.tip_m_per_s - instant.piece_m_per_s;
+        let would_press = match self.form {
+            PieceForm::Carried => self.spring(instant.tip_m, instant.tip_m_per_s, state, mode),
+            _ => self.pad(depth_m, rate_m_per_s, state, mode),
+        };
+        gap_m.max(-would_press.force_n / would_press.stiffness_n_per_m.abs().max(1.0))
     }
 
     /// How deep the pad stays when nothing presses on it: it has not recovered while its states have not.

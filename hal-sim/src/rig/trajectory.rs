@@ -1,7 +1,7 @@
 //! The motion as the solver's own dense output: a polynomial for each step, kept for any later instant.
 //!
 //! The interpolant of a step is a polynomial in time. It is sampled at as many equally spaced nodes as
-//! determine it (8 for degree 7, 4 for degree 3) and kept as divided differences (Newton's form), so that
+//! determine it (7 for degree 6, 4 for degree 3) and kept as divided differences (Newton's form), so that
 //! nothing is lost and the solver's private coefficients are not needed.
 
 use super::motion::Mode;

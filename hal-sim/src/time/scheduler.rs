@@ -113,14 +113,15 @@ impl Scheduler {
         self.slots[slot.0].future.is_some()
     }
 
-    /// Polls whatever was woken until nothing is, without moving time.
+    /// Polls whatever was woken until nothing is, without moving time. Gives the instant of the next alarm, if somebody
+    /// waits for time.
     ///
     /// # Errors
     /// [`Stuck::Livelock`].
     ///
     /// # Panics
     /// When a task panics.
-    pub fn settle(&mut self) -> Result<(), Stuck> {
+    pub fn settle(&mut self) -> Result<Option<Instant>, Stuck> {
         let _entered = self.clock.enter();
         for _ in 0..ROUNDS_AT_ONE_INSTANT {
             let mut quiet = true;
@@ -134,18 +135,18 @@ impl Scheduler {
                     }
                 }
             }
-            if quiet {
-                return Ok(());
+            // Asking for the next alarm wakes whoever set one for this instant or before it.
+            let next_alarm = self.clock.next_alarm();
+            if quiet && !self.anyone_awake() {
+                return Ok(next_alarm);
             }
         }
         let awake = self.slots.iter().filter(|slot| slot.woken.0.load(Ordering::Relaxed)).map(|slot| slot.name.clone());
         Err(Stuck::Livelock { at_us: self.clock.now().as_micros(), awake: awake.collect() })
     }
 
-    /// When the next alarm is due.
-    #[must_use]
-    pub fn next_alarm(&self) -> Option<Instant> {
-        self.clock.next_alarm()
+    fn anyone_awake(&self) -> bool {
+        self.slots.iter().any(|slot| slot.future.is_some() && slot.woken.0.load(Ordering::Relaxed))
     }
 
     /// That nothing will ever happen again, if somebody still waits for it.
@@ -174,13 +175,10 @@ mod tests {
     use crate::time::by_priority;
 
     fn run(scheduler: &mut Scheduler) -> Result<(), Stuck> {
-        loop {
-            scheduler.settle()?;
-            match scheduler.next_alarm() {
-                Some(next) => scheduler.clock().jump_to(next),
-                None => return scheduler.nothing_will_come(),
-            }
+        while let Some(next) = scheduler.settle()? {
+            scheduler.clock().jump_to(next);
         }
+        scheduler.nothing_will_come()
     }
 
     #[test]
