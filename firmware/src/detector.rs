@@ -415,7 +415,8 @@ impl<const N: usize> Detector<N> {
 
     fn set_threshold(&mut self) {
         let configuration = &self.active.configuration;
-        self.onset.set_noise(self.idle.noise(), configuration.onset_multiple, configuration.onset_minimum.0);
+        let minimum = configuration.onset_minimum.0;
+        self.onset.set_noise(self.idle.noise(), self.idle.noise_of_mean(), configuration.onset_multiple, minimum);
     }
 
     /// An impact begins with the sample that is being taken.

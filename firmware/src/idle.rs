@@ -154,6 +154,8 @@ pub struct Idle {
     slope: f32,
     tones: [Tone; TONES],
     variance: f32,
+    /// Variance of a group's mean; an eighth of the other when the noise is white.
+    mean_variance: f32,
     zero_blocks: u32,
     tone_blocks: u32,
     /// Blocks since the last restart of the zero, and how many of them make it settled.
@@ -168,6 +170,7 @@ pub struct Idle {
     group_sum: f32,
     block_sum: f32,
     squares: f32,
+    mean_squares: f32,
 }
 
 impl Idle {
@@ -185,6 +188,7 @@ impl Idle {
             slope: 0.0,
             tones: [Tone::STILL; TONES],
             variance: 0.0,
+            mean_variance: 0.0,
             zero_blocks: 0,
             tone_blocks: 0,
             settle_left: SETTLE_BLOCKS,
@@ -195,6 +199,7 @@ impl Idle {
             group_sum: 0.0,
             block_sum: 0.0,
             squares: 0.0,
+            mean_squares: 0.0,
         }
     }
 
@@ -243,6 +248,13 @@ impl Idle {
         libm::sqrtf(self.variance.max(self.quantisation_variance))
     }
 
+    /// Noise of the mean of eight samples, N rms: at least that of white noise, more where the noise is slow.
+    #[must_use]
+    pub fn noise_of_mean(&self) -> f32 {
+        let white = self.variance.max(self.quantisation_variance) / crate::onset::WINDOW as f32;
+        libm::sqrtf(self.mean_variance.max(white))
+    }
+
     /// The most that a sample may count before a threshold is known, N; no limit of its own afterwards.
     #[inline]
     #[must_use]
@@ -284,6 +296,7 @@ impl Idle {
         self.in_block = 0;
         self.block_sum = 0.0;
         self.squares = 0.0;
+        self.mean_squares = 0.0;
         self.group_sum = 0.0;
         for tone in &mut self.tones {
             tone.gathered_cosine = 0.0;
@@ -350,6 +363,7 @@ impl Idle {
         let mean = self.group_sum / self.group_length as f32;
         self.group_sum = 0.0;
         self.block_sum += mean;
+        self.mean_squares += mean * mean;
         for tone in &mut self.tones {
             tone.gathered_cosine += mean * tone.cosine;
             tone.gathered_sine += mean * tone.sine;
@@ -394,22 +408,20 @@ impl Idle {
             tone.gathered_sine *= 2.0 / groups;
             explained += 0.5 * (tone.gathered_cosine * tone.gathered_cosine + tone.gathered_sine * tone.gathered_sine);
         }
-        self.learn_noise(self.squares / self.block_length() as f32 - explained);
+        self.learn_noise(self.squares / self.block_length() as f32 - explained, self.mean_squares / groups - explained);
         self.learn_tones();
         self.learn_zero(mean, threshold);
         self.settle_left = self.settle_left.saturating_sub(1);
         self.freeze();
     }
 
-    fn learn_noise(&mut self, variance: f32) {
-        let variance = variance.max(0.0);
-        if self.tone_blocks == 0 {
-            self.variance = variance;
-        } else {
+    fn learn_noise(&mut self, variance: f32, mean_variance: f32) {
+        let gain = 1.0 / (self.tone_blocks + 1).min(MEMORY_BLOCKS) as f32;
+        let floor = self.quantisation_variance;
+        for (known, seen) in [(&mut self.variance, variance), (&mut self.mean_variance, mean_variance)] {
             // A burst may at most double the noise from block to block.
-            let limited = variance.min(4.0 * self.variance.max(self.quantisation_variance));
-            let gain = 1.0 / (self.tone_blocks + 1).min(MEMORY_BLOCKS) as f32;
-            self.variance += gain * (limited - self.variance);
+            let limit = if self.tone_blocks == 0 { f32::INFINITY } else { 4.0 * known.max(floor) };
+            *known += gain * (seen.clamp(0.0, limit) - *known);
         }
     }
 

@@ -73,10 +73,9 @@ fn widest(samples: &[f32], centre: usize, noise: f32) -> Option<Peak> {
         let floor = MODEL_ERROR * samples[centre];
         let variance = noise * noise + floor * floor;
         let freedom = (2 * half + 1 - 3) as f32;
-        if half > 1 && parabola.squares > variance * (freedom + MISFIT * libm::sqrtf(freedom)) {
-            break;
-        }
-        if let Some((offset, force)) = parabola.vertex(half as f32) {
+        // A stretch is judged on its own: at two degrees of freedom one honest stretch in twenty looks wrong.
+        let fits = half == 1 || parabola.squares <= variance * (freedom + MISFIT * libm::sqrtf(freedom));
+        if fits && let Some((offset, force)) = parabola.vertex(half as f32) {
             best = Some(Peak { position: centre as f32 + offset, force });
         }
         half += half.div_ceil(3);
