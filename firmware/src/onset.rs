@@ -72,6 +72,12 @@ impl OnsetDetector {
         self.threshold
     }
 
+    /// Half of T, N: a force that has once been noticed is there until it falls below this.
+    #[must_use]
+    pub fn release_level(&self) -> f32 {
+        0.5 * self.threshold
+    }
+
     /// The most that one sample counts, N, in either direction.
     #[must_use]
     pub const fn limit(&self) -> f32 {

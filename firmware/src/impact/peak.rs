@@ -9,8 +9,8 @@ use crate::capture::Curve;
 
 /// Widest stretch, samples.
 const WIDEST: usize = 127;
-/// The residual's mean square over the noise's may reach 1 + this/√(degrees of freedom): two deviations of χ².
-const MISFIT: f32 = 2.83;
+/// The residual's mean square over the noise's may reach 1 + this/√(degrees of freedom): three deviations of χ².
+const MISFIT: f32 = 4.24;
 /// Misfit that is allowed besides the noise, as a share of the peak: a fifth of the 0.5 % that is asked for.
 const MODEL_ERROR: f32 = 1e-3;
 
