@@ -40,4 +40,5 @@ pub mod sensor;
 pub mod severity;
 pub mod shared;
 pub mod storage;
+pub mod tasks;
 pub mod units;

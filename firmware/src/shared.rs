@@ -258,7 +258,7 @@ impl<const N: usize> Shared<N> {
         match self.alarm_id.lock(Cell::get).and_then(|id| Frame::new(id, &data)) {
             // Refused only when the whole queue is alarms; the outbox counts it.
             Some(frame) => drop(self.send_urgent(frame)),
-            None => self.count(|counters| counters.alarms_withheld += 1),
+            None => self.count(|counters| counters.alarms_withheld = counters.alarms_withheld.saturating_add(1)),
         }
     }
 
