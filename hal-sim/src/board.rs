@@ -23,7 +23,7 @@ use crate::watchdog::IndependentWatchdog;
 
 mod firmware;
 
-pub use firmware::firmware;
+pub use firmware::{commission, firmware};
 
 /// What distinguishes a board from another one.
 #[derive(Clone, Debug)]

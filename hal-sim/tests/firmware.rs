@@ -2,16 +2,16 @@
 
 use embassy_time::{Duration, Instant};
 use thud_firmware::board::{Frame, Received, ResetCause};
-use thud_firmware::configuration::NodeSettings;
+use thud_firmware::configuration::{Configuration, NodeSettings};
 use thud_firmware::dictionary::frame::{ALARM_BASE, Part};
 use thud_firmware::limits::Region;
-use thud_sim::board::{BoardSettings, firmware};
+use thud_sim::board::{BoardSettings, commission, firmware};
 use thud_sim::bus::{Attempt, BitRate, Disturbance, HostPort, Outcome, Traffic};
 use thud_sim::chain::{ChainSettings, Hum, Spikes};
 use thud_sim::force::{Blows, Untouched};
 use thud_sim::world::{BoardId, World};
 
-const NODE: u8 = thud_firmware::configuration::Configuration::DEFAULT.node.node_id;
+const NODE: u8 = Configuration::DEFAULT.node.node_id;
 const ALARM: u16 = ALARM_BASE + NODE as u16;
 const HEARTBEAT: u16 = 0x700 + NODE as u16;
 const SDO_REQUEST: u16 = 0x600 + NODE as u16;
@@ -103,7 +103,7 @@ fn it_boots_and_its_heart_beats() {
     let beats = sent(&record, HEARTBEAT);
     assert_eq!(beats[0].frame.bytes(), [0], "boot-up");
     assert!(beats[0].ended < Instant::from_millis(10));
-    let NodeSettings { heartbeat_ms, .. } = thud_firmware::configuration::Configuration::DEFAULT.node;
+    let NodeSettings { heartbeat_ms, .. } = Configuration::DEFAULT.node;
     assert!(beats.len() >= 5_000 / usize::from(heartbeat_ms), "{} beats", beats.len());
     assert_eq!(scene.world.board(scene.board).starts().len(), 1, "the watchdog did not bite");
 }
@@ -261,21 +261,65 @@ fn lost_samples_are_told() {
 }
 
 #[test]
+fn a_reset_over_nmt_starts_the_node_again() {
+    let mut scene = Scene::started(10, ChainSettings::quiet());
+    let _ = scene.world.bus().take_record();
+    scene.host.send(&Frame::new(0x000, &[0x81, NODE]).unwrap());
+    let record = scene.run(Duration::from_millis(100));
+    assert_eq!(sent(&record, HEARTBEAT)[0].frame.bytes(), [0], "boot-up");
+}
+
+/// Ten sensors under their own node ids, all struck at the same instant: every alarm and every event arrives.
+#[test]
 fn ten_sensors_share_a_bus() {
     let mut world = World::new(BitRate::MEGABIT, 9);
     world.bus().keep_record();
     let host = world.bus().attach_host("host");
-    let boards: Vec<_> = (1..=10)
-        .map(|serial| {
-            let id = world.add_board(BoardSettings::new(serial, u64::from(serial)), Untouched, firmware);
-            // Not all in the same microsecond: they still have one node id.
-            world.run_for(Duration::from_millis(7)).unwrap();
-            id
-        })
-        .collect();
+    let blows = Blows::new();
+    for serial in 1..=10 {
+        let settings = BoardSettings::new(serial, u64::from(serial)).with_chain(ChainSettings::workshop());
+        let id = world.add_board(settings, blows.clone(), firmware);
+        let mut configuration = Configuration::DEFAULT;
+        configuration.node.node_id = 0x40 + serial as u8;
+        commission(world.board(id).flash(), configuration).unwrap();
+    }
+    world.run_for(Duration::from_millis(20)).unwrap();
+    host.send(&Frame::new(0x000, &[0x01, 0]).unwrap());
+    world.run_for(SETTLED).unwrap();
+    let _ = world.bus().take_record();
+    let contact_s = world.now().as_micros() as f64 * 1e-6 + 0.01;
+    blows.strike(contact_s, BLOW_S, move |since_s| 200.0 * (std::f64::consts::PI * since_s / BLOW_S).sin());
+    world.run_for(Duration::from_secs(3)).unwrap();
+    let record = world.bus().take_record();
+    for node in 0x41..=0x4A {
+        assert_eq!(sent(&record, ALARM_BASE + node).len(), 1, "alarm of node {node:#x}");
+        for part in Part::ALL {
+            assert_eq!(sent(&record, part.base() + node).len(), 1, "{part:?} of node {node:#x}");
+        }
+    }
+    assert_eq!(world.bus().statistics().failures, 0);
+}
+
+/// Two sensors that nobody has given a node id, switched on together.
+#[test]
+fn two_sensors_with_one_node_id_are_both_heard() {
+    let mut world = World::new(BitRate::MEGABIT, 9);
+    world.bus().keep_record();
+    let _host = world.bus().attach_host("host");
+    let boards = [1, 2].map(|serial| world.add_board(BoardSettings::new(serial, 0), Untouched, firmware));
     world.run_for(Duration::from_secs(2)).unwrap();
-    let senders: std::collections::BTreeSet<_> =
-        world.bus().take_record().into_iter().flat_map(|attempt| attempt.senders).collect();
-    assert!(boards.iter().all(|board| senders.contains(&world.board(*board).node())));
-    assert!(host.has_arrivals());
+    // At the same microsecond they send the same heartbeat, bit by bit: one frame with two senders.
+    let record = world.bus().take_record();
+    let beats = sent(&record, HEARTBEAT);
+    assert!(beats.iter().all(|beat| beat.senders == boards.map(|board| world.board(board).node())));
+    // The other one reset, they are apart, and the bus carries both.
+    world.run_for(Duration::from_millis(33)).unwrap();
+    world.reset(boards[1]);
+    let _ = world.bus().take_record();
+    world.run_for(Duration::from_secs(2)).unwrap();
+    let record = world.bus().take_record();
+    for board in boards {
+        let node = world.board(board).node();
+        assert!(sent(&record, HEARTBEAT).iter().any(|beat| beat.senders == [node]));
+    }
 }
