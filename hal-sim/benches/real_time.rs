@@ -6,7 +6,7 @@ use std::time::Instant as WallClock;
 
 use embassy_time::Instant;
 use thud_firmware::board::{BLOCK, ResetCause, Samples as _, Watchdog as _};
-use thud_sim::board::{BoardSettings, Life, Parts};
+use thud_sim::board::{BoardSettings, Life, Parts, firmware};
 use thud_sim::bus::BitRate;
 use thud_sim::chain::{ChainSettings, MeasuringChain};
 use thud_sim::force::{ForceSource, Untouched};
@@ -21,6 +21,8 @@ fn main() {
     println!("{:<52} {:>10} {:>14}", "", "ns/sample", "x real time");
     report("measuring chain alone", chain);
     report("ADC and a program that only reads blocks", || world(&Untouched, reader));
+    report("firmware with all tasks and bus, rig idle", || world(&Untouched, firmware));
+    report("the same, an impact every second", || world(&knocks, firmware));
 }
 
 fn report(what: &str, run: impl Fn()) {
@@ -54,6 +56,12 @@ fn world(force: &(impl ForceSource + Clone + 'static), program: fn(Parts) -> Lif
             std::hint::black_box(arrival);
         }
     }
+}
+
+/// A half sine of 30 ms and 150 N every second, from the fifth on: 25 N/mm struck by 6 kg.
+fn knocks(at_s: f64) -> f64 {
+    let since_s = at_s.fract();
+    if at_s > 5.0 && since_s < 0.030 { 150.0 * (std::f64::consts::PI * since_s / 0.030).sin() } else { 0.0 }
 }
 
 fn reader(parts: Parts) -> Life {

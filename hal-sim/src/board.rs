@@ -21,6 +21,10 @@ use crate::force::ForceSource;
 use crate::time::SlotId;
 use crate::watchdog::IndependentWatchdog;
 
+mod firmware;
+
+pub use firmware::{commission, firmware};
+
 /// What distinguishes a board from another one.
 #[derive(Clone, Debug)]
 pub struct BoardSettings {

@@ -1,18 +1,21 @@
 //! The sensor's firmware as a program of the simulated board: the wiring that `main` is on the chip.
 
+use std::cell::Cell;
 use std::pin::pin;
-
-use thud_firmware::board::ResetCause;
-use thud_firmware::capture::{CAPTURE, Captures};
-use thud_firmware::node::NodeMemory;
-use thud_firmware::shared::Shared;
-use thud_firmware::storage::Store;
-use thud_firmware::tasks::{evaluator, node, sampler, storage, supervisor, transmit};
+use std::rc::Rc;
 
 use embedded_storage_async::nor_flash::ReadNorFlash as _;
+use thud_firmware::board::ResetCause;
+use thud_firmware::capture::{CAPTURE, Captures};
+use thud_firmware::configuration::Configuration;
+use thud_firmware::node::NodeMemory;
+use thud_firmware::shared::Shared;
+use thud_firmware::storage::{NotStored, Store, stamp};
+use thud_firmware::tasks::{evaluator, node, sampler, storage, supervisor, transmit};
 
 use super::{Life, Parts};
-use crate::time::by_priority;
+use crate::flash::Flash;
+use crate::time::{Scheduler, by_priority};
 
 /// The firmware's tasks on these parts.
 ///
@@ -25,8 +28,7 @@ pub fn firmware(parts: Parts) -> Life {
 
 async fn run(parts: Parts) -> ResetCause {
     let Parts { samples, can, flash, watchdog, identity } = parts;
-    let range = 0..flash.capacity() as u32;
-    let mut store = Store::new(flash, range);
+    let mut store = store_in(flash);
     let loaded = store.load().await;
     let captures: &'static Captures<CAPTURE> = Box::leak(Box::new(Captures::new()));
     let shared: &'static Shared<CAPTURE> = Box::leak(Box::new(Shared::new(identity, loaded, captures)));
@@ -41,4 +43,31 @@ async fn run(parts: Parts) -> ResetCause {
     ])
     .await;
     ResetCause::Software
+}
+
+fn store_in(flash: Flash) -> Store<Flash> {
+    let range = 0..flash.capacity() as u32;
+    Store::new(flash, range)
+}
+
+/// Stores a configuration in a flash before its board runs for the first time, as the factory does: its revision is 1.
+///
+/// # Errors
+/// [`NotStored`], as from the firmware's own storage.
+///
+/// # Panics
+/// If the flash loses its power meanwhile.
+pub fn commission(flash: &Flash, configuration: Configuration) -> Result<(), NotStored> {
+    let mut scheduler = Scheduler::new();
+    let slot = scheduler.add("factory");
+    let outcome = Rc::new(Cell::new(None));
+    let (told, flash) = (outcome.clone(), flash.clone());
+    scheduler.start(slot, async move {
+        told.set(Some(store_in(flash).save(&stamp(configuration, 1)).await));
+    });
+    // Writing flash waits for nothing but time.
+    while let Ok(Some(next)) = scheduler.settle() {
+        scheduler.clock().jump_to(next);
+    }
+    outcome.get().expect("the power goes while the factory writes")
 }
