@@ -424,6 +424,34 @@ mod tests {
         assert_eq!(node.objects.time.days, 0x1234, "a short one is no time");
     }
 
+    #[test]
+    fn a_node_without_an_id_is_silent_and_found_by_fast_scan() {
+        let (mut node, shared) = node();
+        let lss = |node: &mut CanOpenNode<64>, bytes: [u8; 8]| {
+            node.receive(&Frame::new(LSS_REQUEST, &bytes).unwrap(), 0);
+            node.poll(60_000);
+            sent(shared)
+        };
+        lss(&mut node, [0x04, 1, 0, 0, 0, 0, 0, 0]);
+        lss(&mut node, [0x11, 0xFF, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(node.node_id(), None);
+        assert_eq!(lss(&mut node, [0x04, 0, 0, 0, 0, 0, 0, 0]), [], "no heartbeat without an id");
+        // A bit and a field that do not exist, on which the stack would stumble.
+        assert_eq!(lss(&mut node, [0x51, 0, 0, 0, 0, 40, 0, 0]), []);
+        assert_eq!(lss(&mut node, [0x51, 0, 0, 0, 0, 0, 9, 9]), []);
+        let identity = [0, PRODUCT_CODE, REVISION_NUMBER, SERIAL];
+        assert_eq!(lss(&mut node, [0x51, 0, 0, 0, 0, 0x80, 0, 0]).len(), 1);
+        for (field, number) in (0u8..).zip(identity) {
+            let [a, b, c, d] = number.to_le_bytes();
+            let next = (field + 1) % 4;
+            assert_eq!(lss(&mut node, [0x51, a, b, c, d, 0, field, next]).len(), 1, "field {field}");
+        }
+        lss(&mut node, [0x11, 0x42, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(node.node_id(), Some(0x42));
+        node.receive(&Frame::new(0x642, &[0x40, 0x18, 0x10, 4, 0, 0, 0, 0]).unwrap(), 0);
+        assert!(sent(shared).iter().any(|frame| frame.id == 0x5C2));
+    }
+
     /// Frames that this node listens to, more often with a meaningful first byte than by chance.
     fn frames() -> impl Strategy<Value = Frame> {
         let id = prop::sample::select(std::vec![0x000u16, 0x7E5, 0x620, 0x620, 0x620, 0x220, 0x100, 0x631, 0x080]);

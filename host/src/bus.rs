@@ -19,6 +19,7 @@ use thud_firmware::board::Frame;
 pub mod address;
 pub mod option;
 pub mod packet;
+pub mod simulated;
 pub mod udp;
 
 /// A frame and when it was received.

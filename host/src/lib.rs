@@ -19,5 +19,6 @@ pub mod recording;
 pub mod replay;
 pub mod report;
 pub mod settings;
+pub mod simulated_sensor;
 pub mod simulation;
 pub mod table;
