@@ -68,10 +68,10 @@ pub struct ImpactTruth {
     pub contacts: Vec<ContactTruth>,
     /// Largest force through the verdict filter, N.
     pub filtered_peak_n: f64,
+    /// S of the robot's true mass times that, N.
+    pub scaled_n: f64,
     /// Delay of the simulated chain, s, which is part of every sensed instant.
     pub chain_delay_s: f64,
-    /// The rig in words.
-    pub rig: Vec<(String, String)>,
 }
 
 #[cfg(test)]

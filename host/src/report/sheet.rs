@@ -124,16 +124,14 @@ pub(super) fn comparison(impact: &ImpactReport) -> Markup {
                         }
                     }
                 }
-                @let scaled = f64::from(blow.severity.scaling) * truth.filtered_peak_n;
                 tr {
                     td rowspan="2" { "impact" }
                     td { "largest judged force" }
                     (cells(f64::from(blow.severity.transient.0), truth.filtered_peak_n, "N", 2))
                 }
-                (row("scaled force", f64::from(blow.severity.scaled.0), scaled, "N", 2))
+                (row("scaled force", f64::from(blow.severity.scaled.0), truth.scaled_n, "N", 2))
             }
         }
-        dl { @for (name, value) in &truth.rig { dt { (name) } dd { (value) } } }
     }
 }
 
