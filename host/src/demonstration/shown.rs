@@ -33,7 +33,16 @@ pub fn report(demonstrated: &Demonstrated) -> Report {
     if let Some(pad) = scenario.rig.pad_stiffness_n_per_m {
         facts.push(("pad".to_owned(), format!("{:.1} N/mm, in series with the springs", pad / 1e3)));
     }
-    facts.extend(scenario.effects.iter().map(|effect| ("beyond the ideal impact".to_owned(), effect.to_string())));
+    facts.extend(scenario.effects.iter().map(|effect| {
+        let mechanism = effect.mechanism();
+        let values: Vec<String> = mechanism
+            .parameters
+            .iter()
+            .zip(effect.values())
+            .map(|(parameter, value)| format!("{}: {value:.3} {}", parameter.meaning, parameter.unit))
+            .collect();
+        ("beyond the ideal impact".to_owned(), format!("{} ({})", mechanism.id, values.join(", ")))
+    }));
     facts.push((
         "frames over the simulated bus".to_owned(),
         format!(

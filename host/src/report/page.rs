@@ -123,7 +123,7 @@ fn figures(impact: &ImpactReport, configuration: &Configuration) -> Markup {
         figure {
             (PreEscaped(toe.svg()))
             figcaption {
-                "The first instants, enlarged. The sensor notices the force at the threshold and reckons back to the instant of contact, below one sample."
+                "The first instants, enlarged. Dots are samples as measured, noise and mains hum still in them. The sensor notices the force at the threshold and reckons back to the instant of contact, below one sample."
             }
         }
         figure {
