@@ -162,7 +162,6 @@ impl Spans {
     }
 }
 
-#[expect(clippy::large_enum_variant, reason = "no allocation")]
 enum Phase {
     /// No sample has come yet under this chain.
     Start,
@@ -572,7 +571,7 @@ impl Waiting {
         if filtered > release_level {
             self.touched = index;
         }
-        if !((filtered - self.level).abs() <= release_level) {
+        if (filtered - self.level).abs() > release_level {
             self.level = filtered;
             self.steady_since = index;
         }
