@@ -105,6 +105,16 @@ fn a_dip_shorter_than_the_gap_is_one_contact() {
     assert!((event.duration.0 - 0.042).abs() < 1e-3, "{}", event.duration.0);
 }
 
+#[test]
+fn a_piece_that_swings_after_the_robot_has_left_is_no_rebound() {
+    let mut bench = settled(configuration(RATE));
+    // 0.2 kg on 25 N/mm: 56 Hz.
+    let swing =
+        |u: f64| if u > 0.0 { -40.0 * (-u / 0.14).exp() * (std::f64::consts::TAU * 56.0 * u).sin() } else { 0.0 };
+    bench.run(1.5, &QUIET, |t| blow(1.2)(t) + swing(t - 1.23));
+    assert!((one(&bench).raw_peak.0 - 200.0).abs() < 1.0);
+}
+
 /// A contact that is pressed on for two seconds: transient peak, plateau, release.
 fn press(t: f64) -> f64 {
     let plateau = if (1.21..3.2).contains(&t) { 80.0 } else { 0.0 };

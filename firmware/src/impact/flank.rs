@@ -17,6 +17,11 @@
 //! stretch that did is taken. So the model is trusted no further than noise demands and the data allow.
 //!
 //! The end of a contact is the same flank, read backward.
+//!
+//! **What it cannot know.** The instant is that of the force at the cell. A piece of mass m between the robot and the springs passes
+//! the force on as s·(u − sin(Ωu)/Ω), Ω² = (k_pad + k)/m: a short stretch then reads up to about 1/Ω after the touch (0.2 ms for
+//! 0.05 to 0.1 kg behind a hard pad, 0.5 to 1 ms for 0.1 kg behind a medium one). That is physics of the rig, not of the sensor,
+//! and is not guessed away here.
 
 use super::arc::{Normal, Shape};
 use super::force::{Force, PIECE};
