@@ -1,8 +1,16 @@
 //! The force curve of an impact, kept as counts with what went before it.
 //!
+//! ```text
+//! slot A  ring ──onset──▶ keeps the pre-trigger and fills up ──over──▶ finished: evaluated, fetched
+//! slot B  finished curve of the impact before        ──A is over──▶ overwritten, becomes the ring
+//! ```
+//!
 //! Two slots: one is a ring that always holds the latest pre-trigger and, once an impact has begun, fills up
-//! with it; the other keeps the last finished curve for evaluation and download. When a slot is needed and the
-//! other's curve has not been fetched, the older curve is overwritten, and that is counted.
+//! with it; the other keeps the last finished curve for evaluation and download. When a slot is needed whose
+//! curve has not been evaluated or not been fetched, the curve is overwritten all the same, and that is counted
+//! ([`Captures::lost_curves`]): sensing goes before keeping.
+//!
+//! A reader that holds a [`Curve`] across such a moment reads nothing from then on; it never gets a mixture of two curves.
 
 use core::cell::RefCell;
 
@@ -30,7 +38,7 @@ pub trait Curve {
     }
     /// Sample number, since power-up, of its first sample.
     fn first_index(&self) -> u64;
-    /// Copies samples from `offset` on and returns how many.
+    /// Copies samples from `offset` on and returns how many. Fewer than asked for: the curve ends there, or has been overwritten.
     fn read(&self, offset: usize, into: &mut [AdcCode]) -> usize;
 }
 
@@ -38,29 +46,201 @@ pub trait Curve {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SlotId(pub u8);
 
+/// Curves that were overwritten before somebody had seen them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LostCurves {
+    /// Never evaluated: the impact has no event.
+    pub unevaluated: u32,
+    /// Evaluated, but the curve was never fetched by a host.
+    pub unfetched: u32,
+}
+
 /// Both slots, shared between the sampler (writes) and evaluation and download (read).
 ///
 /// A lock is held for the copy of a block, never longer.
 pub struct Captures<const N: usize = CAPTURE> {
     slots: [Mutex<CriticalSectionRawMutex, RefCell<Slot<N>>>; 2],
+    lost: Mutex<CriticalSectionRawMutex, RefCell<LostCurves>>,
+}
+
+/// What a slot is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Use {
+    /// Keeps the latest samples.
+    Ring,
+    /// Fills up with an impact.
+    Filling,
+    /// Holds a finished curve.
+    Finished { evaluated: bool, fetched: bool },
 }
 
 struct Slot<const N: usize> {
     codes: [AdcCode; N],
+    used_for: Use,
+    /// Counts how often the slot has been begun anew.
+    generation: u32,
+    /// Place of the curve's first sample.
+    start: usize,
+    len: usize,
+    /// Number of the curve's first sample since power-up.
+    first_index: u64,
+}
+
+impl<const N: usize> Slot<N> {
+    const EMPTY: Self = Self { codes: [0; N], used_for: Use::Ring, generation: 0, start: 0, len: 0, first_index: 0 };
+
+    fn place(&self, offset: usize) -> usize {
+        let place = self.start + offset;
+        if place >= N { place - N } else { place }
+    }
+
+    fn begin(&mut self, next_index: u64) {
+        self.used_for = Use::Ring;
+        self.generation = self.generation.wrapping_add(1);
+        self.start = 0;
+        self.len = 0;
+        self.first_index = next_index;
+    }
+
+    fn drop_front(&mut self, count: usize) {
+        let count = count.min(self.len);
+        self.start = self.place(count);
+        self.len -= count;
+        self.first_index += count as u64;
+    }
+
+    fn append(&mut self, codes: &[AdcCode]) {
+        let codes = match self.used_for {
+            Use::Finished { .. } => return,
+            Use::Filling => &codes[..codes.len().min(N - self.len)],
+            Use::Ring => {
+                self.drop_front((self.len + codes.len()).saturating_sub(N));
+                codes
+            }
+        };
+        // Two runs at most: up to the end of the array, and from its beginning.
+        let place = self.place(self.len);
+        let first = codes.len().min(N - place);
+        self.codes[place..place + first].copy_from_slice(&codes[..first]);
+        self.codes[..codes.len() - first].copy_from_slice(&codes[first..]);
+        self.len += codes.len();
+    }
+
+    fn read(&self, offset: usize, into: &mut [AdcCode]) -> usize {
+        let count = into.len().min(self.len.saturating_sub(offset));
+        if count == 0 {
+            return 0;
+        }
+        let place = self.place(offset);
+        let first = count.min(N - place);
+        into[..first].copy_from_slice(&self.codes[place..place + first]);
+        into[first..count].copy_from_slice(&self.codes[..count - first]);
+        count
+    }
 }
 
 impl<const N: usize> Captures<N> {
     /// Both slots empty.
     #[must_use]
     pub const fn new() -> Self {
-        Self { slots: [const { Mutex::new(RefCell::new(Slot { codes: [0; N] })) }; 2] }
+        Self {
+            slots: [const { Mutex::new(RefCell::new(Slot::EMPTY)) }; 2],
+            lost: Mutex::new(RefCell::new(LostCurves { unevaluated: 0, unfetched: 0 })),
+        }
     }
 
-    /// The curve in a slot.
+    /// The curve in a slot as it is now.
     #[must_use]
     pub fn curve(&self, slot: SlotId) -> impl Curve + '_ {
-        let _ = (&self.slots, slot);
-        todo_curve()
+        let slot = self.slot(slot);
+        slot.lock(|slot_cell| {
+            let inner = slot_cell.borrow();
+            CapturedCurve { slot, generation: inner.generation, len: inner.len, first_index: inner.first_index }
+        })
+    }
+
+    /// Says that the curve in a slot has been evaluated: its impact has its events.
+    pub fn mark_evaluated(&self, slot: SlotId) {
+        self.mark(slot, |evaluated, _| *evaluated = true);
+    }
+
+    /// Says that the curve in a slot has been fetched by a host.
+    pub fn mark_fetched(&self, slot: SlotId) {
+        self.mark(slot, |_, fetched| *fetched = true);
+    }
+
+    /// Curves that were overwritten unseen, since power-up.
+    #[must_use]
+    pub fn lost_curves(&self) -> LostCurves {
+        self.lost.lock(|lost| *lost.borrow())
+    }
+
+    /// Appends a block to the slot that is being written.
+    pub(crate) fn append(&self, slot: SlotId, codes: &[AdcCode]) {
+        // A block longer than the slot could only be its own last part.
+        let codes = &codes[codes.len().saturating_sub(N)..];
+        self.slot(slot).lock(|slot| slot.borrow_mut().append(codes));
+    }
+
+    /// An impact begins: everything from the pre-trigger before `onset` on is kept. Returns the number of the curve's first sample.
+    pub(crate) fn open(&self, slot: SlotId, onset: u64) -> u64 {
+        self.slot(slot).lock(|slot| {
+            let mut slot = slot.borrow_mut();
+            let wanted = onset.saturating_sub(pre_trigger(N) as u64);
+            let surplus = wanted.saturating_sub(slot.first_index);
+            slot.drop_front(usize::try_from(surplus).unwrap_or(usize::MAX));
+            slot.used_for = Use::Filling;
+            slot.first_index
+        })
+    }
+
+    /// The curve is complete. Returns the other slot, which becomes the ring, from `next_index` on.
+    pub(crate) fn finish(&self, slot: SlotId, next_index: u64) -> SlotId {
+        self.slot(slot).lock(|slot| {
+            slot.borrow_mut().used_for = Use::Finished { evaluated: false, fetched: false };
+        });
+        let other = SlotId(slot.0 ^ 1);
+        let before = self.slot(other).lock(|slot| {
+            let mut slot = slot.borrow_mut();
+            let before = slot.used_for;
+            slot.begin(next_index);
+            before
+        });
+        if let Use::Finished { evaluated, fetched } = before {
+            self.lost.lock(|lost| {
+                let mut lost = lost.borrow_mut();
+                if !evaluated {
+                    lost.unevaluated = lost.unevaluated.saturating_add(1);
+                } else if !fetched {
+                    lost.unfetched = lost.unfetched.saturating_add(1);
+                }
+            });
+        }
+        other
+    }
+
+    /// Samples were lost: a ring starts anew after the gap; a curve that is filling ends before it.
+    pub(crate) fn gap(&self, slot: SlotId, next_index: u64) {
+        self.slot(slot).lock(|slot| {
+            let mut slot = slot.borrow_mut();
+            match slot.used_for {
+                Use::Ring => slot.begin(next_index),
+                Use::Filling => slot.used_for = Use::Finished { evaluated: false, fetched: false },
+                Use::Finished { .. } => {}
+            }
+        });
+    }
+
+    fn slot(&self, slot: SlotId) -> &Mutex<CriticalSectionRawMutex, RefCell<Slot<N>>> {
+        &self.slots[usize::from(slot.0 & 1)]
+    }
+
+    fn mark(&self, slot: SlotId, set: impl FnOnce(&mut bool, &mut bool)) {
+        self.slot(slot).lock(|slot| {
+            if let Use::Finished { evaluated, fetched } = &mut slot.borrow_mut().used_for {
+                set(evaluated, fetched);
+            }
+        });
     }
 }
 
@@ -70,19 +250,104 @@ impl<const N: usize> Default for Captures<N> {
     }
 }
 
-fn todo_curve() -> Empty {
-    Empty
+struct CapturedCurve<'a, const N: usize> {
+    slot: &'a Mutex<CriticalSectionRawMutex, RefCell<Slot<N>>>,
+    generation: u32,
+    len: usize,
+    first_index: u64,
 }
 
-struct Empty;
-impl Curve for Empty {
+impl<const N: usize> Curve for CapturedCurve<'_, N> {
     fn len(&self) -> usize {
-        0
+        self.len
     }
+
     fn first_index(&self) -> u64 {
-        0
+        self.first_index
     }
-    fn read(&self, _: usize, _: &mut [AdcCode]) -> usize {
-        0
+
+    fn read(&self, offset: usize, into: &mut [AdcCode]) -> usize {
+        self.slot.lock(|slot| {
+            let slot = slot.borrow();
+            if slot.generation == self.generation && slot.first_index == self.first_index {
+                slot.read(offset, into)
+            } else {
+                0
+            }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::vec::Vec;
+
+    use super::*;
+
+    const A: SlotId = SlotId(0);
+    const B: SlotId = SlotId(1);
+
+    fn codes(range: core::ops::Range<u16>) -> Vec<AdcCode> {
+        range.collect()
+    }
+
+    fn all(curve: &impl Curve) -> Vec<AdcCode> {
+        let mut into = std::vec![0; curve.len() + 5];
+        let count = curve.read(0, &mut into);
+        into.truncate(count);
+        into
+    }
+
+    #[test]
+    fn a_curve_keeps_its_pre_trigger_and_fills_up() {
+        let captures = Captures::<70>::new();
+        captures.append(A, &codes(0..50));
+        captures.append(A, &codes(50..100));
+        captures.open(A, 95);
+        captures.append(A, &codes(100..130));
+        captures.append(A, &codes(130..200));
+        let curve = captures.curve(A);
+        assert_eq!(curve.first_index(), 85);
+        assert_eq!(all(&curve), codes(85..155));
+        let mut piece = [0; 4];
+        assert_eq!(curve.read(40, &mut piece), 4);
+        assert_eq!(piece, [125, 126, 127, 128]);
+    }
+
+    #[test]
+    fn an_overwritten_curve_is_counted_and_never_mixed() {
+        let captures = Captures::<70>::new();
+        captures.append(A, &codes(0..30));
+        captures.open(A, 25);
+        assert_eq!(captures.finish(A, 30), B);
+        let stale = captures.curve(A);
+        assert_eq!(all(&stale).len(), 15);
+        captures.append(B, &codes(30..60));
+        captures.open(B, 55);
+        assert_eq!(captures.finish(B, 60), A);
+        captures.append(A, &codes(60..70));
+        assert_eq!(captures.lost_curves(), LostCurves { unevaluated: 1, unfetched: 0 });
+        assert_eq!(all(&stale), []);
+        captures.mark_evaluated(B);
+        captures.open(A, 65);
+        captures.finish(A, 70);
+        assert_eq!(captures.lost_curves(), LostCurves { unevaluated: 1, unfetched: 1 });
+        captures.mark_evaluated(A);
+        captures.mark_fetched(A);
+        captures.finish(B, 70);
+        assert_eq!(captures.lost_curves(), LostCurves { unevaluated: 1, unfetched: 1 });
+    }
+
+    #[test]
+    fn a_gap_restarts_the_ring_and_ends_a_filling_curve() {
+        let captures = Captures::<70>::new();
+        captures.append(A, &codes(0..30));
+        captures.gap(A, 100);
+        captures.append(A, &codes(100..110));
+        assert_eq!(captures.curve(A).first_index(), 100);
+        captures.open(A, 108);
+        captures.gap(A, 200);
+        captures.append(A, &codes(200..210));
+        assert_eq!(all(&captures.curve(A)), codes(100..110));
     }
 }

@@ -1,18 +1,49 @@
 //! The per-sample path: calibrate, track, detect, capture.
 //!
+//! ```text
+//!            ┌──────────── onset ───────────┐            ┌─ longest time ─┐
+//!   idle ────┘   open: nothing is learned   └─ released ─┤                ├─▶ waiting for the force to go ─▶ idle
+//!    ▲           0.5 s transient, then held              │                │   (or to stand still for 30 s)
+//!    └───────────────────── over ◀───────────────────────┘                └─ over, truncated
+//! ```
+//!
 //! Runs at interrupt priority on the board. It says that something began, and later that it is over; what it
 //! was is [`crate::impact::evaluate`]'s work, on the captured curve, when there is time.
+//!
+//! Whether something still touches is judged by the force through the verdict filter (causal here), because a blow
+//! leaves the cell ringing long after it has left. While an impact is open nothing is learned: zero and hum are
+//! extrapolated as they were known at its onset.
 
 use heapless::Vec;
 
-use crate::board::{AdcCode, BlockInfo, Overrun};
-use crate::capture::{Captures, SlotId};
-use crate::configuration::Configuration;
+use crate::board::{AdcCode, BLOCK, BlockInfo, Overrun};
+use crate::calibration::{self, Calibration, Change, HEALTHY, Lasting};
+use crate::capture::{Captures, SlotId, pre_trigger};
+use crate::configuration::{Configuration, ContactKind, FilterProfile, Setting};
 use crate::event::{Flags, Onset};
-use crate::units::{Kilogram, Newton};
+use crate::filter::Causal;
+use crate::idle::{Baseline, Idle};
+use crate::onset::OnsetDetector;
+use crate::units::{Hertz, Kilogram, Newton, NewtonSecond, Second};
+
+/// The transient window, from the instant of contact, ISO/PAS 5672.
+pub const TRANSIENT_WINDOW: Second = Second(0.5);
+/// Longest impact that is followed. A clamping test holds for a few seconds; what lasts longer is a thing that leans
+/// on the sensor.
+pub const LONGEST_IMPACT: Second = Second(10.0);
+/// The force has gone when its filtered value has stayed below half the threshold for this long: four times the delay
+/// of the causal verdict filter at 100 Hz.
+pub const RELEASE: Second = Second(0.02);
+/// A force that has outlasted the longest impact and has not moved by more than half the threshold for this long is taken
+/// for a new zero (a cable that was moved, a tool that was left on the pad).
+pub const NEW_ZERO_AFTER: Second = Second(30.0);
+/// The quasi-static maximum begins this long after the transient window: the delay of the causal verdict filter at 100 Hz, within
+/// which it still shows the transient.
+const FILTER_DELAY: Second = Second(0.005);
 
 /// What the detector has to say after a block.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "no allocation, and a block rarely says more than one thing")]
 pub enum Signal {
     /// A contact began: raise the alarm now.
     Onset(Onset),
@@ -57,6 +88,16 @@ pub struct ImpactContext {
     pub effective_mass: Option<(Kilogram, Option<u32>)>,
     /// Largest filtered force after the transient window, if the contact lasted that long.
     pub quasi_static: Option<Newton>,
+    /// Zero, drift and hum as known at the onset, to be removed from the curve.
+    pub baseline: Baseline,
+    /// The sample after the last one that belongs to the impact.
+    pub end: u64,
+    /// The last sample at which the filtered force was above half the threshold.
+    pub last_touch: u64,
+    /// The first sample after the end of the captured curve.
+    pub curve_end: u64,
+    /// Impulse from the end of the captured curve on, for a contact that outlasts it.
+    pub impulse_after_curve: NewtonSecond,
 }
 
 /// A configuration with the stamp that every event carries.
@@ -72,42 +113,483 @@ pub struct Stamped {
 
 /// The per-sample state machine.
 pub struct Detector<const N: usize> {
-    #[expect(dead_code, reason = "skeleton")]
     active: Stamped,
+    pending: Option<Stamped>,
+    calibration: Calibration,
+    spans: Spans,
+    idle: Idle,
+    onset: OnsetDetector,
+    phase: Phase,
+    slot: SlotId,
+    /// Number of the sample that comes next.
+    next_index: u64,
+    impacts: u32,
+    mass: Option<ReceivedMass>,
+    bias: Lasting,
+    clipped: Lasting,
+    /// First sample after the latest loss.
+    after_loss: Option<u64>,
+}
+
+#[derive(Clone, Copy)]
+struct ReceivedMass {
+    mass: Kilogram,
+    at: u64,
+}
+
+/// Durations in samples.
+#[derive(Clone, Copy)]
+struct Spans {
+    transient: u64,
+    longest: u64,
+    release: u64,
+    new_zero: u64,
+    filter_delay: u64,
+    healthy: u32,
+}
+
+impl Spans {
+    fn new(sample_rate: Hertz) -> Self {
+        let samples = |span: Second| (f64::from(span.0) * f64::from(sample_rate.0)) as u64;
+        Self {
+            transient: samples(TRANSIENT_WINDOW),
+            longest: samples(LONGEST_IMPACT),
+            release: samples(RELEASE),
+            new_zero: samples(NEW_ZERO_AFTER),
+            filter_delay: samples(FILTER_DELAY),
+            healthy: samples(HEALTHY) as u32,
+        }
+    }
+}
+
+enum Phase {
+    /// No sample has come yet under this chain.
+    Start,
+    /// Nothing touches.
+    Idle,
+    /// An impact is open.
+    Open(OpenImpact),
+    /// An impact has outlasted the longest time, and the force is still there.
+    Waiting(Waiting),
+}
+
+struct OpenImpact {
+    onset: Onset,
+    flags: Flags,
+    noise: f32,
+    baseline: Baseline,
+    effective_mass: Option<(Kilogram, Option<u32>)>,
+    filter: Causal,
+    filtered: f32,
+    quasi_static: Option<f32>,
+    last_touch: u64,
+    curve_end: u64,
+    /// Sum of the forces after the curve's end, N; whole groups are added to keep the rounding small.
+    group_sum: f32,
+    sum_after_curve: f32,
+}
+
+struct Waiting {
+    filter: Causal,
+    /// Force around which it stands still, N, and since when.
+    level: f32,
+    steady_since: u64,
+    /// Last sample at which the force was above the threshold.
+    touched: u64,
 }
 
 impl<const N: usize> Detector<N> {
     /// A detector that settles first and is armed then.
     #[must_use]
     pub const fn new(configuration: Stamped) -> Self {
-        Self { active: configuration }
+        Self {
+            active: configuration,
+            pending: None,
+            calibration: Calibration::new(&configuration.configuration.chain),
+            spans: Spans { transient: 0, longest: 0, release: 0, new_zero: 0, filter_delay: 0, healthy: 0 },
+            idle: Idle::new(),
+            onset: OnsetDetector::new(),
+            phase: Phase::Start,
+            slot: SlotId(0),
+            next_index: 0,
+            impacts: 0,
+            mass: None,
+            bias: Lasting::new(),
+            clipped: Lasting::new(),
+            after_loss: None,
+        }
     }
 
     /// Sets the configuration that takes effect as soon as no impact is open.
     pub fn configure(&mut self, configuration: Stamped) {
-        self.active = configuration;
+        self.pending = Some(configuration);
+        if !self.impact_open() {
+            self.adopt();
+        }
     }
 
-    /// A robot controller said how heavy the robot is now.
+    /// A robot controller said how heavy the robot is now. A mass outside the permitted range is not taken.
     pub fn receive_effective_mass(&mut self, mass: Kilogram) {
-        let _ = mass;
+        let permitted = Setting::EffectiveMass.range().is_none_or(|(low, high)| mass.0 >= low && mass.0 <= high);
+        if permitted {
+            self.mass = Some(ReceivedMass { mass, at: self.next_index });
+        }
     }
 
     /// Whether an impact is open; nothing is written to flash meanwhile.
     #[must_use]
     pub fn impact_open(&self) -> bool {
-        false
+        matches!(self.phase, Phase::Open(_))
     }
 
-    /// Takes a block.
+    /// Whether zero, hum and noise are known well enough to judge by.
+    #[must_use]
+    pub fn settled(&self) -> bool {
+        matches!(self.phase, Phase::Idle | Phase::Open(_)) && self.idle.settled()
+    }
+
+    /// Noise of the idle signal, root mean square.
+    #[must_use]
+    pub fn noise(&self) -> Newton {
+        Newton(self.idle.noise())
+    }
+
+    /// The threshold at which a force becomes an onset; infinite until one block of 0.1 s has been seen.
+    #[must_use]
+    pub fn threshold(&self) -> Newton {
+        Newton(self.onset.threshold())
+    }
+
+    /// Takes a block. Longer slices than a block are taken too, up to 0.1 s, within which no more can happen than
+    /// [`Signals`] can hold.
     pub fn push(&mut self, codes: &[AdcCode], info: &BlockInfo, captures: &Captures<N>) -> Signals {
-        let _ = (codes, info, captures);
-        Signals::new()
+        let mut signals = Signals::new();
+        if info.first_index < self.next_index {
+            // The board has lost count; nobody knows how many samples are gone, and nothing before fits what follows.
+            self.lose(0, &mut signals);
+            if let Some(context) = self.close(captures) {
+                say(&mut signals, Signal::Over(context));
+            }
+            self.phase = Phase::Start;
+            self.mass = None;
+            self.next_index = info.first_index;
+            self.after_loss = Some(info.first_index);
+            self.adopt();
+        } else if info.first_index > self.next_index {
+            self.lose(info.first_index - self.next_index, &mut signals);
+        }
+        if self.after_loss == Some(self.next_index) {
+            captures.gap(self.slot, self.next_index);
+        }
+        self.watch_bias(codes.len() as u32, info, &mut signals);
+        for chunk in codes.chunks(BLOCK) {
+            self.push_chunk(chunk, captures, &mut signals);
+        }
+        signals
     }
 
     /// Samples were lost before the next block.
     pub fn overrun(&mut self, overrun: Overrun) -> Signals {
-        let _ = overrun;
-        Signals::new()
+        let mut signals = Signals::new();
+        self.lose(u64::from(overrun.lost), &mut signals);
+        signals
     }
+
+    fn lose(&mut self, lost: u64, signals: &mut Signals) {
+        self.next_index = self.next_index.saturating_add(lost);
+        self.after_loss = Some(self.next_index);
+        self.idle.skip(lost);
+        self.onset.clear();
+        if let Phase::Open(open) = &mut self.phase {
+            open.flags |= Flags::LOST_SAMPLES;
+        }
+        say(signals, Signal::Lost(u32::try_from(lost).unwrap_or(u32::MAX)));
+    }
+
+    fn watch_bias(&mut self, samples: u32, info: &BlockInfo, signals: &mut Signals) {
+        let healthy = calibration::bias_healthy(info.bias, &self.active.configuration.chain);
+        match self.bias.observe(!healthy, samples, 1, self.spans.healthy) {
+            Some(Change::Raised) => say(signals, Signal::FaultRaised(ChainFault::Bias)),
+            Some(Change::Cleared) => {
+                say(signals, Signal::FaultCleared(ChainFault::Bias));
+                // What was learned while the cell was dead is worth nothing.
+                if matches!(self.phase, Phase::Idle) {
+                    self.phase = Phase::Start;
+                }
+            }
+            None => {}
+        }
+        if self.bias.raised()
+            && let Phase::Open(open) = &mut self.phase
+        {
+            open.flags |= Flags::BIAS_FAULT;
+        }
+    }
+
+    fn push_chunk(&mut self, codes: &[AdcCode], captures: &Captures<N>, signals: &mut Signals) {
+        let clips = codes.iter().any(|code| self.calibration.clipped(*code));
+        if !self.impact_open() {
+            self.watch_clipping(clips, codes.len() as u32, signals);
+        }
+        if matches!(self.phase, Phase::Start) && !clips {
+            self.start(codes);
+        }
+        let mut began = None;
+        for code in codes {
+            let rest = self.idle.remove(self.calibration.force(*code));
+            match &mut self.phase {
+                Phase::Start => {}
+                Phase::Idle => {
+                    if self.take_idle(rest) {
+                        let open = self.begin(rest);
+                        began = Some(open.onset);
+                        self.phase = Phase::Open(open);
+                    }
+                }
+                Phase::Open(open) => {
+                    let group_ends = self.idle.hold();
+                    open.take(rest, self.next_index, group_ends, self.onset.release_level(), &self.spans);
+                }
+                Phase::Waiting(waiting) => {
+                    self.idle.hold();
+                    waiting.take(rest, self.next_index, self.onset.release_level());
+                }
+            }
+            self.next_index += 1;
+        }
+        captures.append(self.slot, codes);
+        if let Phase::Open(open) = &mut self.phase {
+            if clips {
+                open.flags |= Flags::CLIPPED;
+            }
+            if let Some(onset) = began {
+                open.curve_end = captures.open(self.slot, onset.noticed_at) + N as u64;
+                say(signals, Signal::Onset(onset));
+            }
+        }
+        self.end_chunk(captures, signals);
+    }
+
+    fn watch_clipping(&mut self, clips: bool, samples: u32, signals: &mut Signals) {
+        // Only what lasts is a fault: a blow that clips is an impact with a flag.
+        match self.clipped.observe(clips, samples, self.spans.healthy, self.spans.healthy) {
+            Some(Change::Raised) => {
+                self.phase = Phase::Start;
+                say(signals, Signal::FaultRaised(ChainFault::Clipped));
+            }
+            Some(Change::Cleared) => say(signals, Signal::FaultCleared(ChainFault::Clipped)),
+            None => {}
+        }
+    }
+
+    /// Begins to learn the idle signal from these codes on.
+    fn start(&mut self, codes: &[AdcCode]) {
+        let chain = &self.active.configuration.chain;
+        self.calibration = Calibration::new(chain);
+        self.spans = Spans::new(chain.sample_rate);
+        // The median of the first codes: one spike among them does not matter.
+        let mut sorted: Vec<AdcCode, BLOCK> = codes.iter().copied().take(BLOCK).collect();
+        sorted.sort_unstable();
+        let middle = sorted.get(sorted.len() / 2).copied().unwrap_or(chain.zero_code);
+        let first = self.calibration.force(middle);
+        self.idle.start(chain.sample_rate, self.calibration.quantisation_noise(), first);
+        self.onset = OnsetDetector::new();
+        self.phase = Phase::Idle;
+    }
+
+    /// Takes a sample while nothing touches; true at an onset.
+    #[inline]
+    fn take_idle(&mut self, rest: f32) -> bool {
+        let limit = self.onset.limit().min(self.idle.first_limit_until_armed());
+        let limited = rest.clamp(-limit, limit);
+        if self.idle.learn(limited, self.onset.threshold()) {
+            self.set_threshold();
+            if !self.idle.settled() {
+                // The zero may just have jumped, and the window stands on the old one.
+                self.onset.clear();
+            }
+        }
+        self.onset.push(limited)
+    }
+
+    fn set_threshold(&mut self) {
+        let configuration = &self.active.configuration;
+        let minimum = configuration.onset_minimum.0;
+        self.onset.set_noise(self.idle.noise(), self.idle.noise_of_mean(), configuration.onset_multiple, minimum);
+    }
+
+    /// An impact begins with the sample that is being taken.
+    fn begin(&mut self, force: f32) -> OpenImpact {
+        let configuration = &self.active.configuration;
+        let chain = &configuration.chain;
+        self.impacts = self.impacts.wrapping_add(1);
+        let onset = Onset {
+            impact: self.impacts,
+            noticed_at: self.next_index,
+            threshold: Newton(self.onset.threshold()),
+            force: Newton(force),
+        };
+        let effective_mass = match self.mass {
+            Some(received) => {
+                Some((received.mass, Some(milliseconds(self.next_index - received.at, chain.sample_rate))))
+            }
+            None => configuration.effective_mass.map(|mass| (mass, None)),
+        };
+        let mut flags = Flags::empty();
+        if configuration.contact == ContactKind::Free {
+            match effective_mass {
+                None => flags |= Flags::NO_MASS,
+                Some((_, Some(age))) if age > configuration.effective_mass_max_age_ms => flags |= Flags::STALE_MASS,
+                Some(_) => {}
+            }
+        }
+        flags.set(Flags::UNSETTLED, !self.idle.settled());
+        flags.set(Flags::BIAS_FAULT, self.bias.raised());
+        let pre_trigger = pre_trigger(N) as u64;
+        flags.set(Flags::LOST_SAMPLES, self.after_loss.is_some_and(|after| after + pre_trigger > self.next_index));
+        let open = OpenImpact {
+            onset,
+            flags,
+            noise: self.idle.noise(),
+            baseline: self.idle.baseline(self.next_index + 1),
+            effective_mass,
+            filter: causal_filter(configuration),
+            filtered: 0.0,
+            quasi_static: None,
+            last_touch: self.next_index,
+            curve_end: self.next_index,
+            group_sum: 0.0,
+            sum_after_curve: 0.0,
+        };
+        self.idle.freeze();
+        open
+    }
+
+    fn end_chunk(&mut self, captures: &Captures<N>, signals: &mut Signals) {
+        let now = self.next_index;
+        let spans = self.spans;
+        match &mut self.phase {
+            Phase::Open(open) => {
+                let began = open.onset.noticed_at;
+                if now < began + spans.transient {
+                    return;
+                }
+                open.flags.set(Flags::HELD, open.last_touch >= began + spans.transient);
+                let released = now - open.last_touch > spans.release;
+                let too_long = now >= began + spans.longest;
+                if released || too_long {
+                    open.flags.set(Flags::TRUNCATED, !released);
+                    let waiting =
+                        Waiting { filter: open.filter, level: open.filtered, steady_since: now, touched: now };
+                    let context = self.close(captures);
+                    self.phase = if released { Phase::Idle } else { Phase::Waiting(waiting) };
+                    if let Some(context) = context {
+                        say(signals, Signal::Over(context));
+                    }
+                    self.idle.resume();
+                    self.onset.clear();
+                    self.adopt();
+                }
+            }
+            Phase::Waiting(waiting) => {
+                let gone = now - waiting.touched > spans.release;
+                let steady = now - waiting.steady_since > spans.new_zero;
+                if steady {
+                    self.idle.jump(waiting.level);
+                }
+                if gone || steady {
+                    self.idle.resume();
+                    self.onset.clear();
+                    self.phase = Phase::Idle;
+                }
+            }
+            Phase::Start | Phase::Idle => {}
+        }
+    }
+
+    /// Finishes the curve of the open impact and sums it up.
+    fn close(&mut self, captures: &Captures<N>) -> Option<ImpactContext> {
+        let Phase::Open(open) = &self.phase else { return None };
+        let finished = self.slot;
+        self.slot = captures.finish(finished, self.next_index);
+        let period = 1.0 / self.active.configuration.chain.sample_rate.0;
+        Some(ImpactContext {
+            impact: open.onset.impact,
+            slot: finished,
+            onset: open.onset,
+            configuration: self.active,
+            flags: open.flags,
+            noise: Newton(open.noise),
+            effective_mass: open.effective_mass,
+            quasi_static: open.quasi_static.map(Newton),
+            baseline: open.baseline,
+            end: self.next_index,
+            last_touch: open.last_touch,
+            curve_end: open.curve_end.min(self.next_index),
+            impulse_after_curve: NewtonSecond((open.sum_after_curve + open.group_sum) * period),
+        })
+    }
+
+    /// Puts the pending configuration into effect.
+    fn adopt(&mut self) {
+        let Some(next) = self.pending.take() else { return };
+        let chain_changed = next.configuration.chain != self.active.configuration.chain;
+        self.active = next;
+        if chain_changed {
+            self.calibration = Calibration::new(&next.configuration.chain);
+            self.phase = Phase::Start;
+        } else if self.idle.armed() {
+            self.set_threshold();
+        }
+    }
+}
+
+impl OpenImpact {
+    #[inline]
+    fn take(&mut self, rest: f32, index: u64, group_ends: bool, release_level: f32, spans: &Spans) {
+        self.filtered = self.filter.step(rest);
+        if self.filtered > release_level {
+            self.last_touch = index;
+        }
+        if index >= self.onset.noticed_at + spans.transient + spans.filter_delay {
+            self.quasi_static = Some(self.quasi_static.unwrap_or(self.filtered).max(self.filtered));
+        }
+        if index >= self.curve_end {
+            self.group_sum += rest;
+            if group_ends {
+                self.sum_after_curve += self.group_sum;
+                self.group_sum = 0.0;
+            }
+        }
+    }
+}
+
+impl Waiting {
+    #[inline]
+    fn take(&mut self, rest: f32, index: u64, release_level: f32) {
+        let filtered = self.filter.step(rest);
+        if filtered > release_level {
+            self.touched = index;
+        }
+        if (filtered - self.level).abs() > release_level {
+            self.level = filtered;
+            self.steady_since = index;
+        }
+    }
+}
+
+/// The filter of the quasi-static force: the configured one, or 100 Hz where none is.
+fn causal_filter(configuration: &Configuration) -> Causal {
+    let corner = configuration.filter.corner().or(FilterProfile::IsoPas5672.corner()).unwrap_or(Hertz(100.0));
+    Causal::new(corner, configuration.chain.sample_rate)
+}
+
+fn milliseconds(samples: u64, sample_rate: Hertz) -> u32 {
+    let milliseconds = samples as f64 * 1000.0 / f64::from(sample_rate.0);
+    milliseconds as u32
+}
+
+/// Within a block no more can happen than the list holds: a loss, both faults, the end of one impact and an onset.
+fn say(signals: &mut Signals, signal: Signal) {
+    let _ = signals.push(signal);
 }

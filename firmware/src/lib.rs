@@ -20,11 +20,16 @@
 extern crate std;
 
 pub mod board;
+pub mod calibration;
 pub mod capture;
 pub mod configuration;
 pub mod detector;
 pub mod event;
+pub mod filter;
+pub mod idle;
 pub mod impact;
 pub mod limits;
+pub mod onset;
 pub mod sensor;
+pub mod severity;
 pub mod units;

@@ -6,11 +6,11 @@
 use heapless::Vec;
 
 use crate::board::{AdcCode, BlockInfo, Overrun};
-use crate::capture::{CAPTURE, Captures, Curve};
+use crate::capture::{CAPTURE, Captures, Curve, LostCurves};
 use crate::detector::{Detector, ImpactContext, Signals, Stamped};
 use crate::event::Event;
 use crate::impact::{self, CONTACTS};
-use crate::units::Kilogram;
+use crate::units::{Kilogram, Newton};
 
 /// Detector, captures and the numbering of events.
 pub struct Sensor<const N: usize = CAPTURE> {
@@ -41,14 +41,39 @@ impl<const N: usize> Sensor<N> {
         self.detector.configure(configuration);
     }
 
+    /// See [`Detector::impact_open`].
+    #[must_use]
+    pub fn impact_open(&self) -> bool {
+        self.detector.impact_open()
+    }
+
     /// See [`Detector::receive_effective_mass`].
     pub fn receive_effective_mass(&mut self, mass: Kilogram) {
         self.detector.receive_effective_mass(mass);
     }
 
+    /// Noise of the idle signal, root mean square.
+    #[must_use]
+    pub fn noise(&self) -> Newton {
+        self.detector.noise()
+    }
+
+    /// Whether zero, hum and noise are known well enough to judge by.
+    #[must_use]
+    pub fn settled(&self) -> bool {
+        self.detector.settled()
+    }
+
+    /// Curves that were overwritten unseen.
+    #[must_use]
+    pub fn lost_curves(&self) -> LostCurves {
+        self.captures.lost_curves()
+    }
+
     /// Measures and judges a finished impact.
     pub fn evaluate(&mut self, context: &ImpactContext) -> Vec<Event, CONTACTS> {
         let events = impact::evaluate(&self.captures.curve(context.slot), context, self.next_event);
+        self.captures.mark_evaluated(context.slot);
         self.next_event = self.next_event.wrapping_add(events.len() as u32);
         events
     }

@@ -1,0 +1,111 @@
+//! The captured counts as force: calibrated, with zero, drift and hum removed, read in pieces.
+
+use crate::board::AdcCode;
+use crate::calibration::Calibration;
+use crate::capture::Curve;
+use crate::detector::ImpactContext;
+use crate::idle::{Baseline, TONES};
+
+/// Samples that are held at once.
+pub const PIECE: usize = 128;
+
+/// Hum is computed at every so many samples and drawn straight in between: 180 Hz is off by (ωh)²/8 = 0.03 % of its
+/// amplitude at 20 kS/s.
+const STRIDE: usize = 8;
+
+/// The force of an impact. Positions are samples from the curve's first one.
+pub struct Force<'a, C> {
+    curve: &'a C,
+    calibration: Calibration,
+    baseline: &'a Baseline,
+    /// Samples from the baseline's origin to the curve's first sample.
+    shift: f32,
+    len: usize,
+}
+
+impl<'a, C: Curve> Force<'a, C> {
+    /// The force in a curve.
+    pub fn new(curve: &'a C, context: &'a ImpactContext) -> Self {
+        let shift = curve.first_index().wrapping_sub(context.baseline.origin) as i64 as f32;
+        let wanted = context.end.saturating_sub(curve.first_index());
+        Self {
+            curve,
+            calibration: Calibration::new(&context.configuration.configuration.chain),
+            baseline: &context.baseline,
+            shift,
+            len: curve.len().min(usize::try_from(wanted).unwrap_or(usize::MAX)),
+        }
+    }
+
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Reads the forces from position `from` on, N; returns how many. Not more than [`PIECE`].
+    pub fn read(&self, from: usize, into: &mut [f32]) -> usize {
+        let mut codes: [AdcCode; PIECE] = [0; PIECE];
+        let wanted = into.len().min(PIECE).min(self.len.saturating_sub(from));
+        let count = self.curve.read(from, &mut codes[..wanted]).min(wanted);
+        let into = &mut into[..count];
+        let n = self.shift + from as f32;
+        for (index, (force, code)) in into.iter_mut().zip(&codes).enumerate() {
+            *force = self.calibration.force(*code) - (self.baseline.zero + self.baseline.slope * (n + index as f32));
+        }
+        for tone in 0..TONES {
+            self.remove_tone(tone, n, into);
+        }
+        count
+    }
+
+    /// Reads forces backward: the first is at position `from`, the next one sample earlier.
+    pub fn read_backward(&self, from: usize, into: &mut [f32]) -> usize {
+        let count = into.len().min(PIECE).min(from + 1);
+        let into = &mut into[..count];
+        let count = self.read(from + 1 - count, into);
+        if count == into.len() {
+            into.reverse();
+            count
+        } else {
+            0
+        }
+    }
+
+    /// Calls `take(position, force)` for every sample in `from..to`; stops where the curve does.
+    pub fn for_each(&self, from: usize, to: usize, mut take: impl FnMut(usize, f32)) {
+        let mut piece = [0.0; PIECE];
+        let mut at = from;
+        while at < to {
+            let wanted = PIECE.min(to - at);
+            let count = self.read(at, &mut piece[..wanted]);
+            if count == 0 {
+                return;
+            }
+            for (index, force) in piece[..count].iter().enumerate() {
+                take(at + index, *force);
+            }
+            at += count;
+        }
+    }
+
+    fn remove_tone(&self, tone: usize, n: f32, forces: &mut [f32]) {
+        let tone = &self.baseline.tones[tone];
+        if tone.in_phase == 0.0 && tone.quadrature == 0.0 {
+            return;
+        }
+        let phase = tone.radians_per_sample * n;
+        let (mut sine, mut cosine) = (libm::sinf(phase), libm::cosf(phase));
+        let stride = tone.radians_per_sample * STRIDE as f32;
+        let (turn_sine, turn_cosine) = (libm::sinf(stride), libm::cosf(stride));
+        let mut value = tone.in_phase * cosine + tone.quadrature * sine;
+        for run in forces.chunks_mut(STRIDE) {
+            (cosine, sine) = (cosine * turn_cosine - sine * turn_sine, sine * turn_cosine + cosine * turn_sine);
+            let next = tone.in_phase * cosine + tone.quadrature * sine;
+            let step = (next - value) / STRIDE as f32;
+            for (index, force) in run.iter_mut().enumerate() {
+                *force -= value + step * index as f32;
+            }
+            value = next;
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! The force through the verdict filter, forward and backward, over a curve that does not fit into memory twice.
+//!
+//! ```text
+//! forward   ─▶ state kept at every stretch ─▶ state kept at every piece of the present stretch
+//! backward  ◀─ one piece of 128 samples, recomputed forward from its kept state ◀─
+//! ```
+//!
+//! Two passes of a two-pole Butterworth leave no phase, so that peaks stand where they were. The backward pass begins at
+//! rest on the last forward value, as if the force stayed what it was at the end of the curve.
+
+use super::force::{Force, PIECE};
+use crate::capture::Curve;
+use crate::filter::{LowPass, State};
+
+/// States that are kept at each level: 64·64 pieces, half a million samples.
+const KEPT: usize = 64;
+
+/// Calls `take(position, filtered)` for every position in `from..to`, the last one first.
+pub fn backward<C: Curve>(
+    force: &Force<'_, C>,
+    filter: &LowPass,
+    from: usize,
+    to: usize,
+    mut take: impl FnMut(usize, f32),
+) {
+    let to = to.min(force.len()).min(from + KEPT * KEPT * PIECE);
+    if from >= to {
+        return;
+    }
+    let pieces_per_stretch = (to - from).div_ceil(PIECE).div_ceil(KEPT);
+    let stretch = pieces_per_stretch * PIECE;
+    let mut at_stretch = [State::default(); KEPT];
+    let mut at_piece = [State::default(); KEPT];
+    let mut state = State::default();
+    let mut last = 0.0;
+    force.for_each(from, to, |at, x| {
+        if (at - from).is_multiple_of(stretch) {
+            at_stretch[(at - from) / stretch] = state;
+        }
+        last = filter.step(&mut state, x);
+    });
+    let mut back = State::steady(last);
+    for stretch_index in (0..(to - from).div_ceil(stretch)).rev() {
+        let begin = from + stretch_index * stretch;
+        let end = (begin + stretch).min(to);
+        let mut state = at_stretch[stretch_index];
+        force.for_each(begin, end, |at, x| {
+            if (at - begin).is_multiple_of(PIECE) {
+                at_piece[(at - begin) / PIECE] = state;
+            }
+            filter.step(&mut state, x);
+        });
+        for piece_index in (0..(end - begin).div_ceil(PIECE)).rev() {
+            let begin = begin + piece_index * PIECE;
+            let mut piece = [0.0; PIECE];
+            let wanted = PIECE.min(end - begin);
+            let count = force.read(begin, &mut piece[..wanted]);
+            let mut state = at_piece[piece_index];
+            for x in &mut piece[..count] {
+                *x = filter.step(&mut state, *x);
+            }
+            for (index, x) in piece[..count].iter().enumerate().rev() {
+                take(begin + index, filter.step(&mut back, *x));
+            }
+        }
+    }
+}
