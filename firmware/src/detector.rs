@@ -254,6 +254,12 @@ impl<const N: usize> Detector<N> {
         Newton(self.idle.noise())
     }
 
+    /// Zero, drift and hum as tracked now.
+    #[must_use]
+    pub fn baseline(&self) -> Baseline {
+        self.idle.baseline(self.next_index)
+    }
+
     /// The threshold at which a force becomes an onset; infinite until one block of 0.1 s has been seen.
     #[must_use]
     pub fn threshold(&self) -> Newton {

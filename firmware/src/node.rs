@@ -1,0 +1,562 @@
+//! The CANopen node as a state machine without I/O: frames in, frames into the outbox.
+//!
+//! ```text
+//! frame ─┬─ NMT, LSS ──▶ zencan-node (states, boot-up, LSS slave)
+//!        ├─ SDO ───────▶ sdo::SdoServer ──▶ dictionary
+//!        ├─ RPDO 1 ────▶ effective mass            (Operational only)
+//!        └─ TIME
+//! poll  ─┬─ faults ────▶ EMCY
+//!        ├─ event log ─▶ TPDO 2 to 6, one event at a time, none overwritten   (Operational only)
+//!        ├─ heartbeat
+//!        └─ segments of a block upload, while there is room
+//! ```
+//!
+//! Kept from `zencan-node` 0.0.5: NMT, the LSS slave and boot-up. Done here beside it, because it has none or does
+//! it otherwise than CiA 301 says: the heartbeat (it reads the period only once), the boot-up message (it sends the state
+//! pre-operational instead of 0), EMCY, TIME, PDOs (it stores a PDO that came before the node was Operational and
+//! applies it later, and a TPDO's second value overwrites a first one that has not been sent) and SDO (see [`crate::sdo`]).
+//! Its mailboxes hold one frame; it is therefore processed after every single frame.
+
+use static_cell::StaticCell;
+use zencan_node::common::NodeId;
+use zencan_node::common::messages::{CanId, CanMessage};
+use zencan_node::common::nmt::NmtState;
+use zencan_node::common::objects::{ObjectCode, SubInfo};
+use zencan_node::object_dict::{ConstField, ODEntry, ProvidesSubObjects, SubObjectAccess};
+use zencan_node::priority_queue::PriorityQueue;
+use zencan_node::{Callbacks, Node, NodeMbox, NodeState};
+
+use crate::board::{Frame, ResetCause};
+use crate::dictionary::access::{NodeObjects, TIME_ID, TimeReceived, View};
+use crate::dictionary::frame::{self, MassFrame, PARTS, Part};
+use crate::dictionary::{PRODUCT_CODE, REVISION_NUMBER, index};
+use crate::emergency::Fault;
+use crate::sdo::SdoServer;
+use crate::shared::{Report, Shared};
+use crate::storage::Loaded;
+
+const NMT_ID: u16 = 0x000;
+const LSS_REQUEST: u16 = 0x7E5;
+const LSS_RESPONSE: u16 = 0x7E4;
+/// LSS "store configuration", CiA 305.
+const LSS_STORE: u8 = 0x17;
+/// SDO frames that may wait in the outbox at once; more would only wait there instead of in the capture.
+const SDO_WINDOW: usize = 4;
+
+/// Memory that the node borrows for ever. A `static` on the board, `Box::leak` in a simulation of many sensors.
+pub struct NodeMemory {
+    queue: StaticCell<PriorityQueue<8, CanMessage>>,
+    mailbox: StaticCell<NodeMbox>,
+    state: StaticCell<NodeState<'static>>,
+    identity: StaticCell<IdentityObject>,
+    table: StaticCell<[ODEntry<'static>; 1]>,
+    stored: StaticCell<fn(NodeId)>,
+}
+
+impl NodeMemory {
+    /// Memory for one node.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            queue: StaticCell::new(),
+            mailbox: StaticCell::new(),
+            state: StaticCell::new(),
+            identity: StaticCell::new(),
+            table: StaticCell::new(),
+            stored: StaticCell::new(),
+        }
+    }
+}
+
+impl Default for NodeMemory {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// The identity object as the LSS slave reads it.
+struct IdentityObject {
+    fields: [ConstField<4>; 4],
+}
+
+impl ProvidesSubObjects for IdentityObject {
+    fn get_sub_object(&self, sub: u8) -> Option<(SubInfo, &dyn SubObjectAccess)> {
+        let field = self.fields.get(usize::from(sub).checked_sub(1)?)?;
+        Some((SubInfo::new_u32(), field))
+    }
+
+    fn object_code(&self) -> ObjectCode {
+        ObjectCode::Record
+    }
+}
+
+/// The node.
+pub struct CanOpenNode<const N: usize> {
+    shared: &'static Shared<N>,
+    zencan: Node<'static>,
+    mailbox: &'static NodeMbox,
+    objects: NodeObjects,
+    sdo: SdoServer,
+    next_heartbeat_ms: u64,
+    /// Number of the next event to be sent.
+    next_event: u32,
+}
+
+/// Whether an NMT or LSS frame has the length and, for LSS fast scan, the fields that CiA 301 and 305 give it; `zencan-node` relies
+/// on both.
+fn is_sound(frame: &Frame) -> bool {
+    match (frame.id, frame.bytes()) {
+        (NMT_ID, bytes) => bytes.len() == 2,
+        // Fast scan: bit checked, LSS sub, LSS next.
+        (_, &[0x51, _, _, _, _, bit, sub, next]) => (bit < 32 || bit == 0x80) && sub < 4 && next < 4,
+        (_, bytes) => bytes.len() == 8,
+    }
+}
+
+impl<const N: usize> CanOpenNode<N> {
+    /// A node that boots up with the active configuration's node id.
+    ///
+    /// # Panics
+    /// When `memory` already holds a node.
+    #[must_use]
+    pub fn new(shared: &'static Shared<N>, memory: &'static NodeMemory) -> Self {
+        let settings = shared.active().configuration.node;
+        let numbers = [0, PRODUCT_CODE, REVISION_NUMBER, shared.identity.serial];
+        let identity = memory
+            .identity
+            .init(IdentityObject { fields: numbers.map(|number| ConstField::new(number.to_le_bytes())) });
+        let table = memory.table.init([ODEntry { index: index::IDENTITY, data: identity }]);
+        let queue = memory.queue.init(PriorityQueue::new());
+        let mailbox: &'static NodeMbox = memory.mailbox.init(NodeMbox::new(&[], &[], queue, &mut []));
+        let state: &'static NodeState<'static> = memory.state.init(NodeState::new(&[], &[]));
+        let callbacks = Callbacks {
+            // Says that storing is supported; what is stored is seen in the answer, see `sent_by_zencan`.
+            store_node_config: Some(memory.stored.init(|_| ())),
+            ..Callbacks::new()
+        };
+        let node_id = NodeId::new(settings.node_id).unwrap_or(NodeId::Unconfigured);
+        let zencan = Node::new(node_id, callbacks, mailbox, state, table);
+        let mut node = Self {
+            shared,
+            zencan,
+            mailbox,
+            objects: NodeObjects::new(settings),
+            sdo: SdoServer::new(),
+            next_heartbeat_ms: 0,
+            next_event: 1,
+        };
+        match shared.identity.reset_cause {
+            ResetCause::Watchdog => shared.report(Report::Raised(Fault::Watchdog, 0)),
+            ResetCause::Panic => shared.report(Report::Raised(Fault::Panic, 0)),
+            _ => {}
+        }
+        if shared.loaded == Loaded::Unreadable {
+            shared.report(Report::Raised(Fault::Configuration, 0));
+        }
+        node.pump(0);
+        node
+    }
+
+    /// NMT state.
+    #[must_use]
+    pub fn state(&self) -> NmtState {
+        self.objects.nmt
+    }
+
+    /// Node id; `None` while LSS has taken it away.
+    #[must_use]
+    pub fn node_id(&self) -> Option<u8> {
+        self.objects.node_id
+    }
+
+    /// Takes a frame from the bus.
+    pub fn receive(&mut self, frame: &Frame, now_ms: u64) {
+        let own = |base: u16| self.objects.node_id.is_some_and(|id| frame.id == base + u16::from(id));
+        let operational = self.objects.nmt == NmtState::Operational;
+        if matches!(frame.id, NMT_ID | LSS_REQUEST) {
+            if !is_sound(frame) {
+                return;
+            }
+            let message = CanMessage::new(CanId::std(frame.id), frame.bytes());
+            // A malformed one is handed back; there is nobody to tell.
+            let _ = self.mailbox.store_message(message);
+            self.pump(now_ms);
+        } else if own(0x600) {
+            // CiA 301: no SDO while stopped.
+            if self.objects.nmt != NmtState::Stopped {
+                let mut view = View { shared: self.shared, node: &mut self.objects, now_ms };
+                let answer = self.sdo.receive(frame.bytes(), now_ms, &mut view);
+                self.answer(answer);
+                self.route();
+            }
+        } else if operational && self.objects.rpdo.id() == Some(frame.id) {
+            match MassFrame::decode(frame.bytes()) {
+                Ok(mass) => {
+                    let mut view = View { shared: self.shared, node: &mut self.objects, now_ms };
+                    // A value out of range is counted in the object.
+                    let _ = view.take_mass(mass, true);
+                }
+                Err(_) => self.shared.report(Report::Raised(Fault::PdoLength, u32::from(frame.len))),
+            }
+        } else if frame.id == TIME_ID
+            && let [a, b, c, d, low, high] = *frame.bytes()
+        {
+            self.objects.time = TimeReceived {
+                // The upper four bits are reserved.
+                milliseconds: u32::from_le_bytes([a, b, c, d]) & 0x0FFF_FFFF,
+                days: u16::from_le_bytes([low, high]),
+                index: self.shared.detector().next_index,
+            };
+        }
+    }
+
+    /// Does what time, the sensor and room in the outbox allow; to be called whenever one of them changes.
+    pub fn poll(&mut self, now_ms: u64) {
+        self.tell_faults();
+        self.send_events();
+        self.heartbeat(now_ms);
+        let expired = self.sdo.expire(now_ms);
+        self.answer(expired);
+        self.send_segments(now_ms);
+    }
+
+    /// When [`Self::poll`] is due again at the latest, ms.
+    #[must_use]
+    pub fn due_ms(&self, now_ms: u64) -> u64 {
+        let idle = now_ms + 100;
+        if self.objects.heartbeat_ms == 0 { idle } else { self.next_heartbeat_ms.clamp(now_ms + 1, idle) }
+    }
+
+    /// Lets the stack work until it has nothing more to say.
+    fn pump(&mut self, now_ms: u64) {
+        // A reset and a new node id take effect in the pass after the one that learns of them.
+        for _ in 0..4 {
+            self.zencan.process(now_ms * 1000);
+            if self.zencan.nmt_state() == NmtState::Bootup {
+                let node = self.shared.active().configuration.node;
+                self.sdo.reset();
+                self.objects.reset_communication(Some(node.node_id), node.heartbeat_ms);
+                self.zencan.set_node_id(NodeId::new(node.node_id).unwrap_or(NodeId::Unconfigured));
+            }
+            let id = Some(self.zencan.node_id()).filter(|id| (1..=127).contains(id));
+            if id != self.objects.node_id && self.zencan.nmt_state() != NmtState::Bootup {
+                self.sdo.reset();
+                self.objects.reset_communication(id, self.objects.heartbeat_ms);
+            }
+            while let Some(message) = self.mailbox.next_transmit_message() {
+                self.sent_by_zencan(&message, now_ms);
+            }
+        }
+        let before = self.objects.nmt;
+        self.objects.nmt = self.zencan.nmt_state();
+        if before != NmtState::Operational && self.objects.nmt == NmtState::Operational {
+            // What happened before stays in the log; what happens from now on is sent.
+            self.next_event = self.shared.log.lock(|log| log.borrow().next_number());
+        }
+        self.route();
+    }
+
+    fn sent_by_zencan(&mut self, message: &CanMessage, now_ms: u64) {
+        let id = message.id().raw() as u16;
+        let Some(mut frame) = Frame::new(id, message.data()) else { return };
+        if id & !0x7F == 0x700 {
+            // The only such message that it sends is the boot-up: state 0, and no number of a state.
+            frame.data[0] = 0;
+            self.next_heartbeat_ms = now_ms + u64::from(self.objects.heartbeat_ms);
+        }
+        if id == LSS_RESPONSE && frame.data[..2] == [LSS_STORE, 0] {
+            let node_id = self.zencan.node_id();
+            let applied = self.shared.settings.lock(|settings| settings.borrow_mut().assign_node_id(node_id));
+            match applied {
+                Ok(stamped) => {
+                    self.shared.configure.signal(stamped);
+                    self.shared.store.signal(());
+                }
+                // CiA 305: error 2, the storage medium could not be accessed.
+                Err(_) => frame.data[1] = 2,
+            }
+        }
+        // Refused only when the outbox is full of more urgent frames; it counts that.
+        let _ = self.shared.send(frame);
+    }
+
+    /// Says to the sampler where alarms go.
+    fn route(&self) {
+        let sends = self.objects.nmt == NmtState::Operational;
+        self.shared.route_alarm(self.objects.tpdos[0].id().filter(|_| sends));
+    }
+
+    fn answer(&self, answer: Option<[u8; 8]>) {
+        if let (Some(data), Some(id)) = (answer, self.objects.node_id) {
+            let frame = Frame { id: 0x580 + u16::from(id), len: 8, data };
+            // Refused only when the outbox is full of more urgent frames; the master then runs into its timeout.
+            let _ = self.shared.send(frame);
+        }
+    }
+
+    fn tell_faults(&mut self) {
+        while let Ok(report) = self.shared.reports.try_receive() {
+            let told = match report {
+                Report::Raised(fault, detail) => self.objects.faults.raise(fault, detail),
+                Report::Cleared(fault) => self.objects.faults.clear(fault),
+            };
+            // CiA 301: no EMCY while stopped; the history keeps it.
+            if let (Some(emergency), Some(id), true) =
+                (told, self.objects.node_id, self.objects.nmt != NmtState::Stopped)
+            {
+                let frame = Frame { id: 0x80 + u16::from(id), len: 8, data: emergency.encode() };
+                let _ = self.shared.send_urgent(frame);
+            }
+        }
+    }
+
+    fn send_events(&mut self) {
+        if self.objects.nmt != NmtState::Operational {
+            return;
+        }
+        loop {
+            // An event goes out whole or waits in the log; and it waits for the one before, because the outbox goes by
+            // identifier: the first parts of a burst would overtake the last parts of what happened earlier.
+            let ids = self.objects.tpdos.map(|pdo| pdo.id());
+            let may = self.shared.with_outbox(|outbox| {
+                outbox.room() >= PARTS && ids[1..].iter().flatten().all(|id| outbox.waiting(*id) == 0)
+            });
+            if !may {
+                return;
+            }
+            let (event, first, last) = self.shared.log.lock(|log| {
+                let log = log.borrow();
+                (log.get(self.next_event).copied(), log.first(), log.last())
+            });
+            let Some(event) = event else {
+                if self.next_event <= last {
+                    let gone = first.saturating_sub(self.next_event);
+                    self.shared.count(|counters| counters.not_sent = counters.not_sent.saturating_add(gone));
+                    self.next_event = first;
+                    continue;
+                }
+                return;
+            };
+            let rate = self.shared.active().configuration.chain.sample_rate;
+            self.objects.event = frame::encode(&event, rate);
+            for part in Part::ALL {
+                let place = part as usize;
+                if let Some(frame) =
+                    self.objects.tpdos[1 + place].id().and_then(|id| Frame::new(id, &self.objects.event[place]))
+                {
+                    let _ = self.shared.send(frame);
+                }
+            }
+            self.next_event = self.next_event.wrapping_add(1);
+        }
+    }
+
+    fn heartbeat(&mut self, now_ms: u64) {
+        let (Some(id), period @ 1..) = (self.objects.node_id, u64::from(self.objects.heartbeat_ms)) else { return };
+        if now_ms < self.next_heartbeat_ms && self.next_heartbeat_ms <= now_ms + period {
+            return;
+        }
+        let state = match self.objects.nmt {
+            NmtState::Stopped => 4,
+            NmtState::Operational => 5,
+            _ => 127,
+        };
+        if let Some(frame) = Frame::new(0x700 + u16::from(id), &[state]) {
+            let _ = self.shared.send(frame);
+        }
+        // In step with the first one, unless a whole period was missed.
+        let next = self.next_heartbeat_ms + period;
+        self.next_heartbeat_ms = if next > now_ms && next <= now_ms + period { next } else { now_ms + period };
+    }
+
+    fn send_segments(&mut self, now_ms: u64) {
+        let Some(id) = self.objects.node_id.map(|id| 0x580 + u16::from(id)) else { return };
+        while self.sdo.is_sending() {
+            let (room, waiting) = self.shared.with_outbox(|outbox| (outbox.room(), outbox.waiting(id)));
+            // An event must always find room beside a download.
+            if waiting >= SDO_WINDOW || room <= PARTS {
+                return;
+            }
+            let mut view = View { shared: self.shared, node: &mut self.objects, now_ms };
+            let segment = self.sdo.segment(&mut view);
+            self.answer(segment);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::boxed::Box;
+    use std::vec::Vec;
+
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::board::Identity;
+    use crate::capture::Captures;
+
+    const SERIAL: u32 = 0x0102_0304;
+
+    fn node() -> (CanOpenNode<64>, &'static Shared<64>) {
+        let identity = Identity { serial: SERIAL, hardware_revision: 1, reset_cause: ResetCause::Watchdog };
+        let captures = Box::leak(Box::new(Captures::new()));
+        let shared = Box::leak(Box::new(Shared::new(identity, Loaded::Unreadable, captures)));
+        (CanOpenNode::new(shared, Box::leak(Box::new(NodeMemory::new()))), shared)
+    }
+
+    fn sent(shared: &Shared<64>) -> Vec<Frame> {
+        core::iter::from_fn(|| shared.with_outbox(|outbox| outbox.pop())).collect()
+    }
+
+    #[test]
+    fn what_went_wrong_before_the_start_is_told_at_the_start() {
+        let (mut node, shared) = node();
+        node.poll(0);
+        let told: Vec<_> = sent(shared)
+            .iter()
+            .filter(|frame| frame.id == 0xA0)
+            .map(|frame| u16::from_le_bytes([frame.data[0], frame.data[1]]))
+            .collect();
+        assert_eq!(told, [Fault::Watchdog.code(), Fault::Configuration.code()]);
+    }
+
+    #[test]
+    fn the_time_is_taken() {
+        let (mut node, _) = node();
+        node.receive(&Frame::new(0x100, &[0x10, 0x27, 0, 0xF0, 0x34, 0x12]).unwrap(), 0);
+        assert_eq!(node.objects.time, TimeReceived { milliseconds: 10_000, days: 0x1234, index: 0 });
+        node.receive(&Frame::new(0x100, &[0; 5]).unwrap(), 0);
+        assert_eq!(node.objects.time.days, 0x1234, "a short one is no time");
+    }
+
+    fn event(impact: u32) -> crate::event::Event {
+        use crate::event::{Event, Flags, Severity};
+        use crate::units::{Newton, NewtonSecond, SampleInstant, Second};
+        Event {
+            number: 0,
+            impact,
+            contact: 0,
+            flags: Flags::empty(),
+            contact_instant: SampleInstant::default(),
+            peak_instant: SampleInstant::default(),
+            raw_peak: Newton(10.0),
+            peak: Newton(9.0),
+            impulse: NewtonSecond(0.1),
+            duration: Second(0.02),
+            noise: Newton(0.1),
+            severity: Severity::default(),
+            configuration_revision: 1,
+            configuration_hash: 1,
+        }
+    }
+
+    #[test]
+    fn a_burst_of_events_is_sent_whole_and_what_left_the_log_is_counted() {
+        let (mut node, shared) = node();
+        node.receive(&Frame::new(0, &[1, 0]).unwrap(), 0);
+        node.poll(0);
+        sent(shared);
+        let fill = |count: u32| {
+            for impact in 0..count {
+                shared.log.lock(|log| log.borrow_mut().push(event(impact)));
+            }
+        };
+        fill(40);
+        let mut assembly = frame::Assembly::new();
+        let mut numbers = Vec::new();
+        loop {
+            node.poll(0);
+            let Some(frame) = shared.with_outbox(|outbox| outbox.pop()) else { break };
+            if let Some((part, _)) = Part::of(frame.id) {
+                numbers.extend(assembly.push(part, frame.bytes()).unwrap().map(|event| event.number));
+            }
+        }
+        assert_eq!((numbers, assembly.incomplete()), ((1..=40).collect(), 0));
+        assert_eq!(shared.with_outbox(|outbox| outbox.losses()), crate::outbox::Losses::default());
+        fill(crate::shared::EVENTS as u32 + 7);
+        node.poll(0);
+        assert_eq!(shared.counters().not_sent, 7);
+    }
+
+    #[test]
+    fn a_node_without_an_id_is_silent_and_found_by_fast_scan() {
+        let (mut node, shared) = node();
+        let lss = |node: &mut CanOpenNode<64>, bytes: [u8; 8]| {
+            node.receive(&Frame::new(LSS_REQUEST, &bytes).unwrap(), 0);
+            node.poll(60_000);
+            sent(shared)
+        };
+        lss(&mut node, [0x04, 1, 0, 0, 0, 0, 0, 0]);
+        lss(&mut node, [0x11, 0xFF, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(node.node_id(), None);
+        assert_eq!(lss(&mut node, [0x04, 0, 0, 0, 0, 0, 0, 0]), [], "no heartbeat without an id");
+        // A bit and a field that do not exist, on which the stack would stumble.
+        assert_eq!(lss(&mut node, [0x51, 0, 0, 0, 0, 40, 0, 0]), []);
+        assert_eq!(lss(&mut node, [0x51, 0, 0, 0, 0, 0, 9, 9]), []);
+        let identity = [0, PRODUCT_CODE, REVISION_NUMBER, SERIAL];
+        assert_eq!(lss(&mut node, [0x51, 0, 0, 0, 0, 0x80, 0, 0]).len(), 1);
+        for (field, number) in (0u8..).zip(identity) {
+            let [a, b, c, d] = number.to_le_bytes();
+            let next = (field + 1) % 4;
+            assert_eq!(lss(&mut node, [0x51, a, b, c, d, 0, field, next]).len(), 1, "field {field}");
+        }
+        lss(&mut node, [0x11, 0x42, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(node.node_id(), Some(0x42));
+        node.receive(&Frame::new(0x642, &[0x40, 0x18, 0x10, 4, 0, 0, 0, 0]).unwrap(), 0);
+        assert!(sent(shared).iter().any(|frame| frame.id == 0x5C2));
+    }
+
+    /// Frames that this node listens to, more often with a meaningful first byte than by chance.
+    fn frames() -> impl Strategy<Value = Frame> {
+        let id = prop::sample::select(std::vec![0x000u16, 0x7E5, 0x620, 0x620, 0x620, 0x220, 0x100, 0x631, 0x080]);
+        let first = prop_oneof![
+            any::<u8>(),
+            prop::sample::select(std::vec![
+                0x40, 0x2F, 0x23, 0x21, 0x60, 0x70, 0x00, 0x10, 0xA4, 0xA3, 0xA2, 0xA1, 0xC6, 0x80, 0x04, 0x11, 0x17,
+                0x51, 0x40, 0x41, 0x42, 0x43, 0x01, 0x82,
+            ]),
+        ];
+        let index = prop_oneof![
+            any::<u16>(),
+            (0..crate::dictionary::object::OBJECTS.len()).prop_map(|n| crate::dictionary::object::OBJECTS[n].index),
+            // NMT to everybody or this node, LSS node ids.
+            prop::sample::select(std::vec![0x0000, 0x0020, 0x0031, 0x00FF]),
+        ];
+        (id, first, index, 0u8..14, any::<[u8; 4]>(), 0usize..10).prop_map(|(id, first, index, sub, data, length)| {
+            let [low, high] = index.to_le_bytes();
+            let bytes = [first, low, high, sub, data[0], data[1], data[2], data[3]];
+            Frame::new(id, &bytes[..if length > 7 { 8 } else { length }]).unwrap()
+        })
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 512, ..ProptestConfig::default() })]
+        #[test]
+        fn no_frames_make_the_node_panic_or_fall_silent(
+            frames in prop::collection::vec((frames(), 0u64..800), 1..120),
+        ) {
+            let (mut node, shared) = node();
+            let mut now = 0;
+            for (frame, pause) in frames {
+                now += pause;
+                node.receive(&frame, now);
+                node.poll(now);
+                if pause % 3 == 0 {
+                    sent(shared);
+                }
+            }
+            // Whatever was left open expires, and the node answers again unless it was stopped or lost its id.
+            now += 2 * crate::sdo::TIMEOUT_MS;
+            node.poll(now);
+            sent(shared);
+            node.receive(&Frame::new(0, &[128, 0]).unwrap(), now);
+            if let Some(id) = node.node_id() {
+                sent(shared);
+                node.receive(&Frame::new(0x600 + u16::from(id), &[0x40, 0x18, 0x10, 4, 0, 0, 0, 0]).unwrap(), now);
+                let answers = sent(shared);
+                prop_assert_eq!(answers.len(), 1);
+                prop_assert_eq!(answers[0].data, [0x43, 0x18, 0x10, 4, 0x04, 0x03, 0x02, 0x01]);
+            }
+        }
+    }
+}

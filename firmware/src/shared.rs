@@ -1,0 +1,297 @@
+//! What the tasks of one sensor share.
+//!
+//! ```text
+//! sampler ──finished impacts──▶ evaluator ──events──▶ log ──▶ node ──frames──▶ outbox ──▶ transmit
+//!    │  └───────────── alarm ─────────────────────────────────────────────────────▲
+//!    ◀── configuration, effective mass ── node (SDO, RPDO)
+//! ```
+//!
+//! One value per sensor and no process-global statics, so that a simulation can hold many. Locks are critical sections
+//! that copy a few bytes; nothing is computed inside. Queues, and why they cannot do harm when they fill:
+//! - `finished` holds two impacts, as many as there are capture slots; a third is counted as not evaluated;
+//! - events are not queued at all: the node reads them from the log by number;
+//! - a new configuration or effective mass replaces one that was not yet taken;
+//! - fault reports that do not fit are counted with the refused frames.
+
+use core::cell::{Cell, RefCell};
+
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::channel::Channel;
+use embassy_sync::signal::Signal;
+
+use crate::board::{BusStatus, Frame, Identity};
+use crate::capture::{Captures, SlotId};
+use crate::detector::{ImpactContext, Stamped};
+use crate::dictionary::frame::Alarm;
+use crate::dictionary::settings::Settings;
+use crate::emergency::Fault;
+use crate::event::{Event, Onset};
+use crate::event_log::EventLog;
+use crate::outbox::{Full, Outbox};
+use crate::storage::Loaded;
+use crate::units::{Hertz, Kilogram, Newton};
+
+/// Events that the log holds.
+pub const EVENTS: usize = 48;
+/// Frames that the outbox holds: two events, a few SDO segments and the reserved places.
+pub const OUTBOX: usize = 24;
+
+type Lock<T> = Mutex<CriticalSectionRawMutex, T>;
+
+/// What has been lost since power-up, beside what the outbox and the log count; object 0x2400.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Gaps in the samples.
+    pub overruns: u32,
+    /// Samples in these gaps.
+    pub lost_samples: u32,
+    /// Frames that the receive buffer lost.
+    pub not_received: u32,
+    /// Curves that were overwritten while they were being downloaded.
+    pub torn_downloads: u32,
+    /// Times that the controller went bus-off.
+    pub bus_off: u32,
+    /// Impacts for whose evaluation there was no room.
+    pub not_evaluated: u32,
+    /// Alarms that were not sent because the node was not Operational or its alarm switched off.
+    pub alarms_withheld: u32,
+    /// Events that left the log before they could be sent.
+    pub not_sent: u32,
+    /// Times that the configuration could not be written.
+    pub storage_failures: u32,
+    /// Fault reports that found no room.
+    pub faults_untold: u32,
+}
+
+/// What the detector says about itself; object 0x2403.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DetectorStatus {
+    /// Number of the next sample.
+    pub next_index: u64,
+    /// Code at no force.
+    pub zero: f32,
+    /// Noise, root mean square.
+    pub noise: Newton,
+    /// Amplitude of the hum.
+    pub hum: Newton,
+    /// Force of an onset now.
+    pub threshold: Newton,
+    /// Whether it has settled.
+    pub settled: bool,
+    /// Whether an impact is open.
+    pub impact_open: bool,
+}
+
+/// What is known about the curve in a slot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Recording {
+    /// Number of the impact.
+    pub impact: u32,
+    /// Number of the curve's first sample.
+    pub first_index: u64,
+    /// Samples.
+    pub length: u32,
+    /// CRC-32 (ISO-HDLC) of the samples as little-endian bytes.
+    pub crc: u32,
+    /// Samples per second.
+    pub sample_rate: Hertz,
+    /// Newtons in a code.
+    pub newton_per_code: f32,
+    /// Code at no force when the impact began.
+    pub zero: f32,
+    /// Sample of the onset.
+    pub onset_index: u64,
+    /// Revision of the configuration.
+    pub revision: u32,
+    /// Hash of the configuration.
+    pub hash: u32,
+}
+
+/// A fault appeared with a detail, or has gone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Report {
+    /// It appeared, or the loss happened.
+    Raised(Fault, u32),
+    /// It has gone.
+    Cleared(Fault),
+}
+
+/// A task that the supervisor waits for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+#[expect(missing_docs, reason = "each is the task of the same name")]
+pub enum Task {
+    Sampler = 0,
+    Evaluator = 1,
+    Node = 2,
+    Transmit = 3,
+    Storage = 4,
+}
+
+/// Bits of all tasks.
+const ALL_TASKS: u8 = 0b1_1111;
+
+/// The parts that the tasks of one sensor share.
+pub struct Shared<const N: usize> {
+    /// What the board knows about itself.
+    pub identity: Identity,
+    /// What storage held at start.
+    pub loaded: Loaded,
+    /// The force curves.
+    pub captures: &'static Captures<N>,
+    pub(crate) settings: Lock<RefCell<Settings>>,
+    pub(crate) log: Lock<RefCell<EventLog<EVENTS>>>,
+    pub(crate) recordings: Lock<Cell<[Option<Recording>; 2]>>,
+    pub(crate) detector: Lock<Cell<DetectorStatus>>,
+    pub(crate) bus: Lock<Cell<BusStatus>>,
+    pub(crate) finished: Channel<CriticalSectionRawMutex, ImpactContext, 2>,
+    pub(crate) configure: Signal<CriticalSectionRawMutex, Stamped>,
+    pub(crate) mass: Signal<CriticalSectionRawMutex, Kilogram>,
+    pub(crate) store: Signal<CriticalSectionRawMutex, ()>,
+    pub(crate) reports: Channel<CriticalSectionRawMutex, Report, 16>,
+    pub(crate) node_wake: Signal<CriticalSectionRawMutex, ()>,
+    pub(crate) outbox_filled: Signal<CriticalSectionRawMutex, ()>,
+    outbox: Lock<RefCell<Outbox<OUTBOX>>>,
+    counters: Lock<Cell<Counters>>,
+    alarm_id: Lock<Cell<Option<u16>>>,
+    last_alarm: Lock<Cell<[u8; 8]>>,
+    alive: Lock<Cell<u8>>,
+}
+
+impl<const N: usize> Shared<N> {
+    /// The shared parts of a sensor that has just started.
+    #[must_use]
+    pub fn new(identity: Identity, loaded: Loaded, captures: &'static Captures<N>) -> Self {
+        Self {
+            identity,
+            loaded,
+            captures,
+            settings: Mutex::new(RefCell::new(Settings::new(loaded.or_default()))),
+            log: Mutex::new(RefCell::new(EventLog::new())),
+            recordings: Mutex::new(Cell::new([None; 2])),
+            detector: Mutex::new(Cell::new(DetectorStatus::default())),
+            bus: Mutex::new(Cell::new(BusStatus::default())),
+            finished: Channel::new(),
+            configure: Signal::new(),
+            mass: Signal::new(),
+            store: Signal::new(),
+            reports: Channel::new(),
+            node_wake: Signal::new(),
+            outbox_filled: Signal::new(),
+            outbox: Mutex::new(RefCell::new(Outbox::new())),
+            counters: Mutex::new(Cell::new(Counters::default())),
+            alarm_id: Mutex::new(Cell::new(None)),
+            last_alarm: Mutex::new(Cell::new([0; 8])),
+            alive: Mutex::new(Cell::new(0)),
+        }
+    }
+
+    /// The active configuration with its stamp.
+    #[must_use]
+    pub fn active(&self) -> Stamped {
+        self.settings.lock(|settings| settings.borrow().active())
+    }
+
+    /// What has been lost.
+    #[must_use]
+    pub fn counters(&self) -> Counters {
+        self.counters.lock(Cell::get)
+    }
+
+    pub(crate) fn count(&self, change: impl FnOnce(&mut Counters)) {
+        self.counters.lock(|cell| {
+            let mut counters = cell.get();
+            change(&mut counters);
+            cell.set(counters);
+        });
+    }
+
+    /// What the detector says about itself.
+    #[must_use]
+    pub fn detector(&self) -> DetectorStatus {
+        self.detector.lock(Cell::get)
+    }
+
+    /// What is known about the curve in a slot.
+    #[must_use]
+    pub fn recording(&self, slot: SlotId) -> Option<Recording> {
+        self.recordings.lock(Cell::get).get(usize::from(slot.0)).copied().flatten()
+    }
+
+    pub(crate) fn set_recording(&self, slot: SlotId, recording: Recording) {
+        self.recordings.lock(|cell| {
+            let mut recordings = cell.get();
+            if let Some(place) = recordings.get_mut(usize::from(slot.0)) {
+                *place = Some(recording);
+            }
+            cell.set(recordings);
+        });
+    }
+
+    /// The event with this number, if the log still holds it.
+    #[must_use]
+    pub fn event(&self, number: u32) -> Option<Event> {
+        self.log.lock(|log| log.borrow().get(number).copied())
+    }
+
+    /// Says that a task has lived.
+    pub(crate) fn lives(&self, task: Task) {
+        self.alive.lock(|alive| alive.set(alive.get() | 1 << task as u8));
+    }
+
+    /// Whether every task has lived since this was last true.
+    pub(crate) fn all_have_lived(&self) -> bool {
+        self.alive.lock(|alive| {
+            let all = alive.get() == ALL_TASKS;
+            if all {
+                alive.set(0);
+            }
+            all
+        })
+    }
+
+    /// Queues the alarm of an onset, at once and past everything else.
+    pub(crate) fn raise_alarm(&self, onset: &Onset) {
+        let data = Alarm::encode(onset);
+        self.last_alarm.lock(|last| last.set(data));
+        match self.alarm_id.lock(Cell::get).and_then(|id| Frame::new(id, &data)) {
+            // Refused only when the whole queue is alarms; the outbox counts it.
+            Some(frame) => drop(self.send_urgent(frame)),
+            None => self.count(|counters| counters.alarms_withheld = counters.alarms_withheld.saturating_add(1)),
+        }
+    }
+
+    pub(crate) fn last_alarm(&self) -> [u8; 8] {
+        self.last_alarm.lock(Cell::get)
+    }
+
+    /// Where alarms go; `None` while they must not.
+    pub(crate) fn route_alarm(&self, id: Option<u16>) {
+        self.alarm_id.lock(|cell| cell.set(id));
+    }
+
+    /// Tells the node about a fault.
+    pub(crate) fn report(&self, report: Report) {
+        if self.reports.try_send(report).is_err() {
+            self.count(|counters| counters.faults_untold = counters.faults_untold.saturating_add(1));
+        }
+        self.node_wake.signal(());
+    }
+
+    pub(crate) fn send(&self, frame: Frame) -> Result<(), Full> {
+        let queued = self.outbox.lock(|outbox| outbox.borrow_mut().push(frame));
+        self.outbox_filled.signal(());
+        queued
+    }
+
+    pub(crate) fn send_urgent(&self, frame: Frame) -> Result<(), Full> {
+        let queued = self.outbox.lock(|outbox| outbox.borrow_mut().push_urgent(frame));
+        self.outbox_filled.signal(());
+        queued
+    }
+
+    pub(crate) fn with_outbox<R>(&self, with: impl FnOnce(&mut Outbox<OUTBOX>) -> R) -> R {
+        self.outbox.lock(|outbox| with(&mut outbox.borrow_mut()))
+    }
+}

@@ -1,0 +1,365 @@
+//! The configuration in flash, so that a power cut at any byte leaves the old or the new one.
+//!
+//! One item of a [`sequential_storage::map`] (a log of items over at least two pages, each item with its own CRC; the
+//! highest revision wins), and in it:
+//!
+//! | offset | type | meaning |
+//! |---|---|---|
+//! | 0 | u8 | version of this layout, [`VERSION`] |
+//! | 1 | u32 | revision |
+//! | 5 | … | the configuration, postcard |
+//! | end − 4 | u32 | CRC-32 (ISO-HDLC) of everything before |
+//!
+//! Little-endian. The hash of a configuration is the CRC-32 of its postcard bytes, so that the same settings have the same
+//! hash on every device. A record of another version is not guessed at: it reads as [`Loaded::Unreadable`] and the
+//! defaults are used, which is told by EMCY.
+//!
+//! The futures of this module must run to their end: a write that is dropped half-way is a power cut.
+
+use core::ops::Range;
+
+use embedded_storage_async::nor_flash::NorFlash;
+use sequential_storage::cache::{Cache, Uncached};
+use sequential_storage::map::{MapConfig, MapStorage};
+
+use crate::configuration::Configuration;
+use crate::detector::Stamped;
+
+/// Version of the stored layout; changes with [`Configuration`].
+pub const VERSION: u8 = 1;
+
+const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+const KEY: u8 = 1;
+/// Room for a record with its key, a multiple of every flash word up to 32 bytes.
+const RECORD: usize = 192;
+
+/// CRC-32 of the configuration's stored form.
+#[must_use]
+pub fn hash(configuration: &Configuration) -> u32 {
+    let mut bytes = [0; RECORD];
+    // It fits: a test stores the longest one.
+    postcard::to_slice(configuration, &mut bytes).map_or(0, |stored| CRC.checksum(stored))
+}
+
+/// The configuration with its revision and hash.
+#[must_use]
+pub fn stamp(configuration: Configuration, revision: u32) -> Stamped {
+    Stamped { configuration, revision, hash: hash(&configuration) }
+}
+
+/// What was found at start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Loaded {
+    /// A valid configuration.
+    Found(Stamped),
+    /// Nothing was ever stored.
+    Nothing,
+    /// Something is there that is no configuration of this firmware, or flash failed.
+    Unreadable,
+}
+
+impl Loaded {
+    /// The configuration to start with.
+    #[must_use]
+    pub fn or_default(self) -> Stamped {
+        match self {
+            Self::Found(stamped) => stamped,
+            Self::Nothing | Self::Unreadable => stamp(Configuration::DEFAULT, 0),
+        }
+    }
+}
+
+/// The configuration was not written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NotStored {
+    /// Flash failed, or its pages are worn out.
+    Flash,
+    /// What was read back is not what was written.
+    ReadBack,
+}
+
+/// The store over a range of flash pages, at least two.
+pub struct Store<F: NorFlash> {
+    map: MapStorage<u8, F, Cache<Uncached, Uncached, Uncached, u8>>,
+}
+
+impl<F: NorFlash> Store<F> {
+    /// A store in these bytes of the flash.
+    ///
+    /// # Panics
+    /// When the range does not hold at least two whole pages; the board's memory map decides that at build time.
+    #[must_use]
+    pub const fn new(flash: F, range: Range<u32>) -> Self {
+        Self { map: MapStorage::new(flash, MapConfig::new(range), Cache::new_uncached()) }
+    }
+
+    /// Reads the configuration: among all records the valid one with the highest revision.
+    ///
+    /// Not simply the map's newest item: an erase that was cut short at the far end of a page makes the map take
+    /// that page for the one in use, and its last intact item for the newest.
+    pub async fn load(&mut self) -> Loaded {
+        let mut buffer = [0; RECORD];
+        let mut newest = Loaded::Nothing;
+        // Fetching one item repairs a page whose erasing was cut short; in version 8.0.2 the walk over all does not.
+        if self.map.fetch_item::<&[u8]>(&mut buffer, &KEY).await.is_err() {
+            return Loaded::Unreadable;
+        }
+        let Ok(mut items) = self.map.fetch_all_items(&mut buffer).await else { return Loaded::Unreadable };
+        loop {
+            match items.next::<&[u8]>(&mut buffer).await {
+                Ok(Some((KEY, record))) => match (decode(record), newest) {
+                    (Some(found), Loaded::Found(best)) if found.revision < best.revision => {}
+                    (Some(found), _) => newest = Loaded::Found(found),
+                    (None, Loaded::Nothing) => newest = Loaded::Unreadable,
+                    (None, _) => {}
+                },
+                Ok(Some(_)) => {}
+                Ok(None) => return newest,
+                Err(_) if newest == Loaded::Nothing => return Loaded::Unreadable,
+                Err(_) => return newest,
+            }
+        }
+    }
+
+    /// Writes the configuration and reads it back. A flash whose log is beyond repair is erased and tried once more.
+    ///
+    /// # Errors
+    /// [`NotStored`]; the configuration that was stored before is then still there, unless the log was beyond repair.
+    pub async fn save(&mut self, stamped: &Stamped) -> Result<(), NotStored> {
+        let mut buffer = [0; RECORD];
+        let mut record = [0; RECORD];
+        let length = encode(stamped, &mut record).ok_or(NotStored::ReadBack)?;
+        let record = &record[..length];
+        if let Err(error) = self.map.store_item(&mut buffer, &KEY, &record).await {
+            if !matches!(error, sequential_storage::Error::Corrupted { .. }) {
+                return Err(NotStored::Flash);
+            }
+            self.map.erase_all().await.map_err(|_| NotStored::Flash)?;
+            self.map.store_item(&mut buffer, &KEY, &record).await.map_err(|_| NotStored::Flash)?;
+        }
+        match self.load().await {
+            Loaded::Found(found) if found == *stamped => Ok(()),
+            _ => Err(NotStored::ReadBack),
+        }
+    }
+
+    /// Gives the flash back.
+    pub fn into_flash(self) -> F {
+        self.map.destroy().0
+    }
+}
+
+fn encode(stamped: &Stamped, record: &mut [u8; RECORD]) -> Option<usize> {
+    record[0] = VERSION;
+    record[1..5].copy_from_slice(&stamped.revision.to_le_bytes());
+    let end = 5 + postcard::to_slice(&stamped.configuration, &mut record[5..RECORD - 4]).ok()?.len();
+    let crc = CRC.checksum(&record[..end]);
+    record[end..end + 4].copy_from_slice(&crc.to_le_bytes());
+    Some(end + 4)
+}
+
+fn decode(record: &[u8]) -> Option<Stamped> {
+    let (content, crc) = record.split_last_chunk::<4>()?;
+    let (head, stored) = content.split_first_chunk::<5>()?;
+    if head[0] != VERSION || CRC.checksum(content) != u32::from_le_bytes(*crc) {
+        return None;
+    }
+    let configuration: Configuration = postcard::from_bytes(stored).ok()?;
+    // A range that has become narrower since, for instance.
+    configuration.validate().ok()?;
+    let revision = u32::from_le_bytes([head[1], head[2], head[3], head[4]]);
+    Some(Stamped { configuration, revision, hash: CRC.checksum(stored) })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::boxed::Box;
+    use std::vec;
+    use std::vec::Vec;
+
+    use embassy_futures::block_on;
+    use embedded_storage_async::nor_flash::{ErrorType, NorFlashError, NorFlashErrorKind, ReadNorFlash};
+
+    use super::*;
+    use crate::limits::Region;
+    use crate::units::Kilogram;
+
+    const PAGE: usize = 2048;
+    const PAGES: usize = 2;
+
+    /// Two pages of the STM32G474: 8-byte words that can be written once, and a supply that ends after so many bytes.
+    #[derive(Clone)]
+    struct Mortal {
+        bytes: Box<[u8]>,
+        written: Vec<bool>,
+        /// Bytes that may still be written or erased.
+        life: usize,
+        used: usize,
+        backwards: bool,
+    }
+
+    #[derive(Debug)]
+    struct Dead;
+
+    impl NorFlashError for Dead {
+        fn kind(&self) -> NorFlashErrorKind {
+            NorFlashErrorKind::Other
+        }
+    }
+
+    impl Mortal {
+        fn new() -> Self {
+            Self {
+                bytes: vec![0xFF; PAGE * PAGES].into(),
+                written: vec![false; PAGE * PAGES / 8],
+                life: usize::MAX,
+                used: 0,
+                backwards: false,
+            }
+        }
+
+        fn live(&mut self) -> Result<(), Dead> {
+            self.life = self.life.checked_sub(1).ok_or(Dead)?;
+            self.used += 1;
+            Ok(())
+        }
+    }
+
+    impl ErrorType for Mortal {
+        type Error = Dead;
+    }
+
+    impl ReadNorFlash for Mortal {
+        const READ_SIZE: usize = 1;
+
+        async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Dead> {
+            bytes.copy_from_slice(&self.bytes[offset as usize..][..bytes.len()]);
+            Ok(())
+        }
+
+        fn capacity(&self) -> usize {
+            self.bytes.len()
+        }
+    }
+
+    impl NorFlash for Mortal {
+        const WRITE_SIZE: usize = 8;
+        const ERASE_SIZE: usize = PAGE;
+
+        async fn erase(&mut self, from: u32, to: u32) -> Result<(), Dead> {
+            assert!((from as usize).is_multiple_of(PAGE) && (to as usize).is_multiple_of(PAGE));
+            // An erase that is cut short may leave either end of the page.
+            let order = |step: u32| if self.backwards { to - 1 - step } else { from + step } as usize;
+            for at in (0..to - from).map(order) {
+                self.life = self.life.checked_sub(1).ok_or(Dead)?;
+                self.used += 1;
+                self.bytes[at] = 0xFF;
+                self.written[at / 8] = false;
+            }
+            Ok(())
+        }
+
+        async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Dead> {
+            assert!(offset.is_multiple_of(8) && bytes.len().is_multiple_of(8));
+            for (at, byte) in (offset as usize..).zip(bytes) {
+                // RM0440, 3.3.7: a double word is programmed once; only zeros may be written over it.
+                assert!(
+                    !at.is_multiple_of(8) || !self.written[at / 8] || bytes.iter().all(|byte| *byte == 0),
+                    "a word of this flash can be written once only"
+                );
+                self.live()?;
+                self.written[at / 8] = true;
+                self.bytes[at] &= byte;
+            }
+            Ok(())
+        }
+    }
+
+    fn store(flash: Mortal) -> Store<Mortal> {
+        Store::new(flash, 0..(PAGE * PAGES) as u32)
+    }
+
+    fn numbered(revision: u32) -> Stamped {
+        let mut configuration = Configuration::DEFAULT;
+        configuration.region = Some(Region::Hand);
+        configuration.effective_mass = Some(Kilogram(1.0 + (revision % 500) as f32));
+        configuration.effective_mass_max_age_ms = 60_000;
+        stamp(configuration, revision)
+    }
+
+    #[test]
+    fn an_empty_flash_holds_nothing_and_a_stored_configuration_comes_back() {
+        let mut first = store(Mortal::new());
+        assert_eq!(block_on(first.load()), Loaded::Nothing);
+        for revision in 1..60 {
+            block_on(first.save(&numbered(revision))).unwrap();
+        }
+        let mut second = store(first.into_flash());
+        assert_eq!(block_on(second.load()), Loaded::Found(numbered(59)));
+    }
+
+    /// The one that matters: after every count of stored configurations that the pages can be filled with, the next save
+    /// is cut at every single byte that it writes or erases.
+    #[test]
+    fn a_power_cut_at_any_byte_leaves_the_old_or_the_new_configuration() {
+        cut_everywhere(Mortal::new());
+        cut_everywhere(Mortal { backwards: true, ..Mortal::new() });
+    }
+
+    fn cut_everywhere(mut flash: Mortal) {
+        let mut cuts = 0;
+        // Long enough to go through both pages and their erasing twice.
+        for revision in 1..=60 {
+            let whole = {
+                let mut store = store(flash.clone());
+                block_on(store.save(&numbered(revision))).unwrap();
+                store.into_flash()
+            };
+            for life in 0..whole.used - flash.used {
+                let mut dying = flash.clone();
+                dying.life = life;
+                let mut interrupted = store(dying);
+                assert!(block_on(interrupted.save(&numbered(revision))).is_err());
+                let mut revived = interrupted.into_flash();
+                revived.life = usize::MAX;
+                let mut store = store(revived);
+                let found = block_on(store.load());
+                let old = if revision == 1 { Loaded::Nothing } else { Loaded::Found(numbered(revision - 1)) };
+                assert!(
+                    found == old || found == Loaded::Found(numbered(revision)),
+                    "revision {revision} cut after {life} bytes: {found:?}"
+                );
+                // And life goes on.
+                block_on(store.save(&numbered(1000 + revision))).unwrap();
+                assert_eq!(block_on(store.load()), Loaded::Found(numbered(1000 + revision)));
+                cuts += 1;
+            }
+            flash = whole;
+        }
+        assert!(cuts > 2 * PAGE, "pages were erased in between: {cuts} cuts");
+    }
+
+    #[test]
+    fn garbage_is_not_guessed_at() {
+        let mut flash = Mortal::new();
+        for (at, byte) in flash.bytes.iter_mut().enumerate() {
+            *byte = (at * 37) as u8;
+        }
+        let mut store = store(flash);
+        assert_ne!(block_on(store.load()), Loaded::Found(numbered(1)));
+        store.map.flash().written.fill(false);
+        block_on(store.save(&numbered(1))).unwrap();
+        assert_eq!(block_on(store.load()), Loaded::Found(numbered(1)));
+    }
+
+    #[test]
+    fn a_record_of_another_version_is_unreadable() {
+        let mut record = [0; RECORD];
+        let length = encode(&numbered(4), &mut record).unwrap();
+        assert_eq!(decode(&record[..length]), Some(numbered(4)));
+        record[0] = VERSION + 1;
+        let crc = CRC.checksum(&record[..length - 4]);
+        record[length - 4..length].copy_from_slice(&crc.to_le_bytes());
+        assert_eq!(decode(&record[..length]), None);
+    }
+}

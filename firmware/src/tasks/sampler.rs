@@ -1,0 +1,72 @@
+//! Blocks of samples into the detector; never waits for anything else.
+
+use crate::board::{BLOCK, Samples};
+use crate::detector::{Detector, Signal};
+use crate::emergency::Fault;
+use crate::shared::{DetectorStatus, Report, Shared, Task};
+
+/// Zero and hum are worked out for the diagnostics once in so many blocks, 50 ms at 20 kS/s.
+const STATUS_BLOCKS: u32 = 125;
+
+/// Runs for ever.
+pub async fn run<const N: usize>(mut samples: impl Samples, shared: &Shared<N>) -> ! {
+    let mut detector = Detector::<N>::new(shared.active());
+    let mut block = [0; BLOCK];
+    let mut status = DetectorStatus::default();
+    let mut blocks = 0;
+    loop {
+        let next = samples.next_block(&mut block).await;
+        // What came meanwhile holds for this block: the detector waits for the end of an impact by itself.
+        if let Some(configuration) = shared.configure.try_take() {
+            detector.configure(configuration);
+        }
+        if let Some(mass) = shared.mass.try_take() {
+            detector.receive_effective_mass(mass);
+        }
+        let signals = match next {
+            Ok(info) => {
+                status.next_index = info.first_index + BLOCK as u64;
+                detector.push(&block, &info, shared.captures)
+            }
+            Err(overrun) => {
+                shared.count(|counters| counters.overruns = counters.overruns.saturating_add(1));
+                detector.overrun(overrun)
+            }
+        };
+        for signal in signals {
+            handle(signal, shared);
+        }
+        status.impact_open = detector.impact_open();
+        if blocks % STATUS_BLOCKS == 0 {
+            let chain = shared.active().configuration.chain;
+            let baseline = detector.baseline();
+            status.zero = f32::from(chain.zero_code) + baseline.zero / chain.newton_per_code;
+            status.hum.0 = baseline.tones.iter().map(|tone| libm::hypotf(tone.in_phase, tone.quadrature)).sum();
+            status.noise = detector.noise();
+            status.threshold = detector.threshold();
+            status.settled = detector.settled();
+        }
+        blocks = (blocks + 1) % STATUS_BLOCKS;
+        shared.detector.lock(|cell| cell.set(status));
+        shared.lives(Task::Sampler);
+    }
+}
+
+fn handle<const N: usize>(signal: Signal, shared: &Shared<N>) {
+    match signal {
+        Signal::Onset(onset) => shared.raise_alarm(&onset),
+        Signal::Over(context) => {
+            let impact = context.impact;
+            if shared.finished.try_send(context).is_err() {
+                shared.count(|counters| counters.not_evaluated = counters.not_evaluated.saturating_add(1));
+                shared.report(Report::Raised(Fault::NotEvaluated, impact));
+            }
+        }
+        Signal::FaultRaised(fault) => shared.report(Report::Raised(fault.into(), 0)),
+        Signal::FaultCleared(fault) => shared.report(Report::Cleared(fault.into())),
+        Signal::Lost(lost) => {
+            shared.count(|counters| counters.lost_samples = counters.lost_samples.saturating_add(lost));
+            shared.report(Report::Raised(Fault::SamplesLost, lost));
+        }
+    }
+}
