@@ -6,7 +6,8 @@
 //! ```
 //!
 //! The world runs only inside its `run_…` methods. Between them a host sends and collects frames through its
-//! [`HostPort`], orders blows, breaks cables, cuts power. To live in real time, call [`World::advance_to`] with the time that has passed.
+//! [`HostPort`], orders blows, breaks cables, cuts power. To live in real time, call [`World::advance_to`] with the
+//! time that has passed.
 
 use embassy_time::{Duration, Instant};
 use thud_firmware::board::ResetCause;
@@ -132,8 +133,8 @@ impl World {
         }
     }
 
-    /// Lets everything happen that is to happen now, then jumps to the next event, `limit` at the latest. Gives whether there is more
-    /// to do before `limit`.
+    /// Lets everything happen that is to happen now, then jumps to the next event, `limit` at the latest. Gives whether
+    /// there is more to do before `limit`.
     ///
     /// # Errors
     /// As [`Self::run_until`].
