@@ -7,13 +7,14 @@ use thud_firmware::dictionary::frame::{ALARM_BASE, Part};
 use thud_firmware::limits::Region;
 use thud_sim::board::{BoardSettings, commission, firmware};
 use thud_sim::bus::{Attempt, BitRate, Disturbance, HostPort, Outcome, Traffic};
-use thud_sim::chain::{ChainSettings, Hum, Spikes};
+use thud_sim::chain::{Cable, ChainSettings, Hum, Spikes};
 use thud_sim::force::{Blows, Untouched};
 use thud_sim::world::{BoardId, World};
 
 const NODE: u8 = Configuration::DEFAULT.node.node_id;
 const ALARM: u16 = ALARM_BASE + NODE as u16;
 const HEARTBEAT: u16 = 0x700 + NODE as u16;
+const EMERGENCY: u16 = 0x080 + NODE as u16;
 const SDO_REQUEST: u16 = 0x600 + NODE as u16;
 const SDO_ANSWER: u16 = 0x580 + NODE as u16;
 
@@ -264,8 +265,34 @@ fn lost_samples_are_told() {
     let _ = scene.world.bus().take_record();
     scene.world.board(scene.board).lose_samples(0, 40);
     let record = scene.run(Duration::from_millis(200));
-    let emergency = sent(&record, 0x080 + u16::from(NODE));
+    let emergency = sent(&record, EMERGENCY);
     assert_eq!(emergency.len(), 1, "an EMCY");
+}
+
+#[test]
+fn when_the_adc_stands_still_the_watchdog_bites_and_the_fault_is_told() {
+    let mut scene = Scene::started(12, ChainSettings::quiet());
+    let _ = scene.world.bus().take_record();
+    scene.world.board(scene.board).hang_adc();
+    let hung = scene.world.now();
+    let record = scene.run(Duration::from_secs(3));
+    let starts = scene.world.board(scene.board).starts();
+    assert_eq!(starts.len(), 2);
+    assert_eq!(starts[1].1, ResetCause::Watchdog);
+    let patience = scene.world.board(scene.board).settings().watchdog_patience;
+    assert!((patience..patience + Duration::from_millis(100)).contains(&(starts[1].0 - hung)));
+    assert!(!sent(&record, EMERGENCY).is_empty(), "an EMCY");
+}
+
+#[test]
+fn a_broken_cable_is_told() {
+    for cable in [Cable::Open, Cable::Shorted] {
+        let mut scene = Scene::started(13, ChainSettings::quiet());
+        let _ = scene.world.bus().take_record();
+        scene.world.board(scene.board).set_cable(cable);
+        let record = scene.run(Duration::from_secs(1));
+        assert!(!sent(&record, EMERGENCY).is_empty(), "an EMCY for {cable:?}");
+    }
 }
 
 #[test]
