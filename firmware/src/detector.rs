@@ -31,10 +31,10 @@ pub const TRANSIENT_WINDOW: Second = Second(0.5);
 /// Longest impact that is followed. A clamping test holds for a few seconds; what lasts longer is a thing that leans
 /// on the sensor.
 pub const LONGEST_IMPACT: Second = Second(10.0);
-/// The force has gone when its filtered value has stayed below the threshold for this long: four times the delay
+/// The force has gone when its filtered value has stayed below half the threshold for this long: four times the delay
 /// of the causal verdict filter at 100 Hz.
 pub const RELEASE: Second = Second(0.02);
-/// A force that has outlasted the longest impact and has not moved by more than the threshold for this long is taken
+/// A force that has outlasted the longest impact and has not moved by more than half the threshold for this long is taken
 /// for a new zero (a cable that was moved, a tool that was left on the pad).
 pub const NEW_ZERO_AFTER: Second = Second(30.0);
 /// The quasi-static maximum begins this long after the transient window: the delay of the causal verdict filter at 100 Hz, within
@@ -92,7 +92,7 @@ pub struct ImpactContext {
     pub baseline: Baseline,
     /// The sample after the last one that belongs to the impact.
     pub end: u64,
-    /// The last sample at which the filtered force was above the threshold.
+    /// The last sample at which the filtered force was above half the threshold.
     pub last_touch: u64,
     /// The first sample after the end of the captured curve.
     pub curve_end: u64,
@@ -355,11 +355,11 @@ impl<const N: usize> Detector<N> {
                 }
                 Phase::Open(open) => {
                     let group_ends = self.idle.hold();
-                    open.take(rest, self.next_index, group_ends, self.onset.threshold(), &self.spans);
+                    open.take(rest, self.next_index, group_ends, self.onset.release_level(), &self.spans);
                 }
                 Phase::Waiting(waiting) => {
                     self.idle.hold();
-                    waiting.take(rest, self.next_index, self.onset.threshold());
+                    waiting.take(rest, self.next_index, self.onset.release_level());
                 }
             }
             self.next_index += 1;
@@ -421,7 +421,8 @@ impl<const N: usize> Detector<N> {
 
     fn set_threshold(&mut self) {
         let configuration = &self.active.configuration;
-        self.onset.set_noise(self.idle.noise(), configuration.onset_multiple, configuration.onset_minimum.0);
+        let minimum = configuration.onset_minimum.0;
+        self.onset.set_noise(self.idle.noise(), self.idle.noise_of_mean(), configuration.onset_multiple, minimum);
     }
 
     /// An impact begins with the sample that is being taken.
@@ -552,9 +553,9 @@ impl<const N: usize> Detector<N> {
 
 impl OpenImpact {
     #[inline]
-    fn take(&mut self, rest: f32, index: u64, group_ends: bool, threshold: f32, spans: &Spans) {
+    fn take(&mut self, rest: f32, index: u64, group_ends: bool, release_level: f32, spans: &Spans) {
         self.filtered = self.filter.step(rest);
-        if self.filtered > threshold {
+        if self.filtered > release_level {
             self.last_touch = index;
         }
         if index >= self.onset.noticed_at + spans.transient + spans.filter_delay {
@@ -572,12 +573,12 @@ impl OpenImpact {
 
 impl Waiting {
     #[inline]
-    fn take(&mut self, rest: f32, index: u64, threshold: f32) {
+    fn take(&mut self, rest: f32, index: u64, release_level: f32) {
         let filtered = self.filter.step(rest);
-        if filtered > threshold {
+        if filtered > release_level {
             self.touched = index;
         }
-        if !((filtered - self.level).abs() <= threshold) {
+        if !((filtered - self.level).abs() <= release_level) {
             self.level = filtered;
             self.steady_since = index;
         }

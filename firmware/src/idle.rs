@@ -154,6 +154,8 @@ pub struct Idle {
     slope: f32,
     tones: [Tone; TONES],
     variance: f32,
+    /// Variance of a group's mean; an eighth of the other when the noise is white.
+    mean_variance: f32,
     zero_blocks: u32,
     tone_blocks: u32,
     /// Blocks since the last restart of the zero, and how many of them make it settled.
@@ -168,6 +170,7 @@ pub struct Idle {
     group_sum: f32,
     block_sum: f32,
     squares: f32,
+    mean_squares: f32,
 }
 
 impl Idle {
@@ -185,6 +188,7 @@ impl Idle {
             slope: 0.0,
             tones: [Tone::STILL; TONES],
             variance: 0.0,
+            mean_variance: 0.0,
             zero_blocks: 0,
             tone_blocks: 0,
             settle_left: SETTLE_BLOCKS,
@@ -195,6 +199,7 @@ impl Idle {
             group_sum: 0.0,
             block_sum: 0.0,
             squares: 0.0,
+            mean_squares: 0.0,
         }
     }
 
@@ -243,6 +248,13 @@ impl Idle {
         libm::sqrtf(self.variance.max(self.quantisation_variance))
     }
 
+    /// Noise of the mean of eight samples, N rms: at least that of white noise, more where the noise is slow.
+    #[must_use]
+    pub fn noise_of_mean(&self) -> f32 {
+        let white = self.variance.max(self.quantisation_variance) / crate::onset::WINDOW as f32;
+        libm::sqrtf(self.mean_variance.max(white))
+    }
+
     /// The most that a sample may count before a threshold is known, N; no limit of its own afterwards.
     #[inline]
     #[must_use]
@@ -284,6 +296,7 @@ impl Idle {
         self.in_block = 0;
         self.block_sum = 0.0;
         self.squares = 0.0;
+        self.mean_squares = 0.0;
         self.group_sum = 0.0;
         for tone in &mut self.tones {
             tone.gathered_cosine = 0.0;
@@ -350,6 +363,7 @@ impl Idle {
         let mean = self.group_sum / self.group_length as f32;
         self.group_sum = 0.0;
         self.block_sum += mean;
+        self.mean_squares += mean * mean;
         for tone in &mut self.tones {
             tone.gathered_cosine += mean * tone.cosine;
             tone.gathered_sine += mean * tone.sine;
@@ -394,22 +408,20 @@ impl Idle {
             tone.gathered_sine *= 2.0 / groups;
             explained += 0.5 * (tone.gathered_cosine * tone.gathered_cosine + tone.gathered_sine * tone.gathered_sine);
         }
-        self.learn_noise(self.squares / self.block_length() as f32 - explained);
+        self.learn_noise(self.squares / self.block_length() as f32 - explained, self.mean_squares / groups - explained);
         self.learn_tones();
         self.learn_zero(mean, threshold);
         self.settle_left = self.settle_left.saturating_sub(1);
         self.freeze();
     }
 
-    fn learn_noise(&mut self, variance: f32) {
-        let variance = variance.max(0.0);
-        if self.tone_blocks == 0 {
-            self.variance = variance;
-        } else {
+    fn learn_noise(&mut self, variance: f32, mean_variance: f32) {
+        let gain = 1.0 / (self.tone_blocks + 1).min(MEMORY_BLOCKS) as f32;
+        let floor = self.quantisation_variance;
+        for (known, seen) in [(&mut self.variance, variance), (&mut self.mean_variance, mean_variance)] {
             // A burst may at most double the noise from block to block.
-            let limited = variance.min(4.0 * self.variance.max(self.quantisation_variance));
-            let gain = 1.0 / (self.tone_blocks + 1).min(MEMORY_BLOCKS) as f32;
-            self.variance += gain * (limited - self.variance);
+            let limit = if self.tone_blocks == 0 { f32::INFINITY } else { 4.0 * known.max(floor) };
+            *known += gain * (seen.clamp(0.0, limit) - *known);
         }
     }
 
@@ -481,4 +493,90 @@ fn angle(turn: &[f32; 2], offset: &[f32; 2], tone: usize) -> f32 {
 fn line_gains(n: u32) -> (f32, f32) {
     let n = n.max(1) as f32;
     ((2.0 * (2.0 * n - 1.0) / (n * (n + 1.0))).min(1.0), (6.0 / (n * (n + 1.0))).min(1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RATE: f32 = 20_000.0;
+
+    /// Runs `seconds` of `signal` through a tracker and returns it with the largest rest of the last second.
+    fn tracked(seconds: f32, signal: impl Fn(f64) -> f64) -> (Idle, f32) {
+        let mut idle = Idle::new();
+        idle.start(Hertz(RATE), 0.02, signal(0.0) as f32);
+        let samples = (seconds * RATE) as u64;
+        let mut worst = 0.0f32;
+        for n in 0..samples {
+            let rest = idle.remove(signal(n as f64 / f64::from(RATE)) as f32);
+            if n + RATE as u64 > samples {
+                worst = worst.max(rest.abs());
+            }
+            let limit = idle.first_limit_until_armed().min(5.0);
+            idle.learn(rest.clamp(-limit, limit), 1.8);
+        }
+        (idle, worst)
+    }
+
+    #[test]
+    fn hum_off_its_nominal_frequency_leaves_little() {
+        for mains in [49.8f64, 50.0, 50.2, 59.8, 60.2] {
+            let turn = core::f64::consts::TAU * mains;
+            let (_, worst) = tracked(5.0, |t| {
+                0.5 * libm::sin(turn * t + 1.0) + 0.1 * libm::sin(2.0 * turn * t) + 0.1 * libm::cos(3.0 * turn * t)
+            });
+            assert!(worst < 0.02, "{mains} Hz leaves {worst} N");
+        }
+    }
+
+    #[test]
+    fn a_linear_drift_leaves_no_lag() {
+        let (idle, worst) = tracked(10.0, |t| 5.0 + 0.05 * t);
+        assert!(worst < 2e-3, "{worst} N");
+        assert!(idle.settled() && (idle.baseline(0).slope * RATE - 0.05).abs() < 5e-3);
+    }
+
+    /// The baseline that an impact takes along is what the tracker itself would have removed.
+    #[test]
+    fn the_baseline_extrapolates_hum_and_drift() {
+        let turn = core::f64::consts::TAU * 50.1;
+        let signal = |t: f64| 2.0 - 0.02 * t + 0.5 * libm::sin(turn * t) + 0.05 * libm::sin(3.0 * turn * t);
+        let (idle, _) = tracked(5.0, signal);
+        let now = (5.0 * RATE) as u64;
+        let baseline = idle.baseline(now);
+        for ahead in 0..2000 {
+            let index = now + ahead;
+            let error =
+                f64::from(baseline.at((index - baseline.origin) as f32)) - signal(index as f64 / f64::from(RATE));
+            assert!(error.abs() < 0.02, "{ahead} samples ahead: {error} N");
+        }
+    }
+
+    #[test]
+    fn time_goes_on_through_a_loss() {
+        let turn = core::f64::consts::TAU * 50.0;
+        let signal = |t: f64| 0.5 * libm::sin(turn * t);
+        let (mut idle, _) = tracked(3.0, signal);
+        let now = (3.0 * RATE) as u64;
+        idle.skip(12_345);
+        for n in now + 12_345..now + 12_845 {
+            let rest = idle.remove(signal(n as f64 / f64::from(RATE)) as f32);
+            idle.hold();
+            assert!(rest.abs() < 0.02, "{rest} N");
+        }
+    }
+
+    #[test]
+    fn the_noise_is_what_is_left() {
+        let mut state = 1u64;
+        let mut noise = || {
+            // Uniform on ±0.5: root mean square 1/√12.
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 40) as f64 / (1u64 << 24) as f64 - 0.5
+        };
+        let noise: std::vec::Vec<f64> = (0..60_000).map(|_| noise()).collect();
+        let (idle, _) = tracked(3.0, |t| noise[(t * f64::from(RATE)).round() as usize] + 1.5 * libm::sin(314.16 * t));
+        assert!((idle.noise() - 0.288_7).abs() < 0.01, "{} N", idle.noise());
+        assert!((idle.noise_of_mean() - 0.102).abs() < 0.01, "{} N", idle.noise_of_mean());
+    }
 }

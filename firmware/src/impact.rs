@@ -82,7 +82,6 @@ pub fn evaluate(curve: &impl Curve, context: &ImpactContext, first_number: u32) 
 /// What is measured of one contact before it is filtered.
 #[derive(Clone, Copy)]
 struct Raw {
-    contact: Contact,
     begin: f32,
     end: f32,
     /// Whether the contact goes on after the end of the curve.
@@ -101,6 +100,7 @@ fn measure<C: Curve>(force: &Force<'_, C>, context: &ImpactContext, found: &[Con
         let peak = peak::find(force, contact.highest_at, group, (contact.start, contact.end), noise);
         let before = measured.last().map_or(0, |raw| libm::ceilf(raw.end).max(0.0) as usize);
         let after = found.get(index + 1).map_or(force.len(), |next| next.start);
+        let contact = &contact.without_precursors(force, group);
         let level = contact.threshold.min(0.5 * peak.force);
         let (first, last) = edges(force, contact, level, group);
         let flank = |direction, inside: usize, reach: usize| {
@@ -119,7 +119,7 @@ fn measure<C: Curve>(force: &Force<'_, C>, context: &ImpactContext, found: &[Con
         };
         let end = end.max(begin);
         let impulse = impulse::between(force, begin, end);
-        let _ = measured.push(Raw { contact: *contact, begin, end, goes_on, peak, impulse });
+        let _ = measured.push(Raw { begin, end, goes_on, peak, impulse });
     }
     measured
 }

@@ -102,6 +102,17 @@ pub struct CanOpenNode<const N: usize> {
     next_event: u32,
 }
 
+/// Whether an NMT or LSS frame has the length and, for LSS fast scan, the fields that CiA 301 and 305 give it; `zencan-node` relies
+/// on both.
+fn is_sound(frame: &Frame) -> bool {
+    match (frame.id, frame.bytes()) {
+        (NMT_ID, bytes) => bytes.len() == 2,
+        // Fast scan: bit checked, LSS sub, LSS next.
+        (_, &[0x51, _, _, _, _, bit, sub, next]) => (bit < 32 || bit == 0x80) && sub < 4 && next < 4,
+        (_, bytes) => bytes.len() == 8,
+    }
+}
+
 impl<const N: usize> CanOpenNode<N> {
     /// A node that boots up with the active configuration's node id.
     ///
@@ -163,6 +174,9 @@ impl<const N: usize> CanOpenNode<N> {
         let own = |base: u16| self.objects.node_id.is_some_and(|id| frame.id == base + u16::from(id));
         let operational = self.objects.nmt == NmtState::Operational;
         if matches!(frame.id, NMT_ID | LSS_REQUEST) {
+            if !is_sound(frame) {
+                return;
+            }
             let message = CanMessage::new(CanId::std(frame.id), frame.bytes());
             // A malformed one is handed back; there is nobody to tell.
             let _ = self.mailbox.store_message(message);
@@ -301,8 +315,13 @@ impl<const N: usize> CanOpenNode<N> {
             return;
         }
         loop {
-            // An event goes out whole or waits in the log.
-            if self.shared.with_outbox(|outbox| outbox.room()) < PARTS {
+            // An event goes out whole or waits in the log; and it waits for the one before, because the outbox goes by
+            // identifier: the first parts of a burst would overtake the last parts of what happened earlier.
+            let ids = self.objects.tpdos.map(|pdo| pdo.id());
+            let may = self.shared.with_outbox(|outbox| {
+                outbox.room() >= PARTS && ids[1..].iter().flatten().all(|id| outbox.waiting(*id) == 0)
+            });
+            if !may {
                 return;
             }
             let (event, first, last) = self.shared.log.lock(|log| {
@@ -361,6 +380,183 @@ impl<const N: usize> CanOpenNode<N> {
             let mut view = View { shared: self.shared, node: &mut self.objects, now_ms };
             let segment = self.sdo.segment(&mut view);
             self.answer(segment);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::boxed::Box;
+    use std::vec::Vec;
+
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::board::Identity;
+    use crate::capture::Captures;
+
+    const SERIAL: u32 = 0x0102_0304;
+
+    fn node() -> (CanOpenNode<64>, &'static Shared<64>) {
+        let identity = Identity { serial: SERIAL, hardware_revision: 1, reset_cause: ResetCause::Watchdog };
+        let captures = Box::leak(Box::new(Captures::new()));
+        let shared = Box::leak(Box::new(Shared::new(identity, Loaded::Unreadable, captures)));
+        (CanOpenNode::new(shared, Box::leak(Box::new(NodeMemory::new()))), shared)
+    }
+
+    fn sent(shared: &Shared<64>) -> Vec<Frame> {
+        core::iter::from_fn(|| shared.with_outbox(|outbox| outbox.pop())).collect()
+    }
+
+    #[test]
+    fn what_went_wrong_before_the_start_is_told_at_the_start() {
+        let (mut node, shared) = node();
+        node.poll(0);
+        let told: Vec<_> = sent(shared)
+            .iter()
+            .filter(|frame| frame.id == 0xA0)
+            .map(|frame| u16::from_le_bytes([frame.data[0], frame.data[1]]))
+            .collect();
+        assert_eq!(told, [Fault::Watchdog.code(), Fault::Configuration.code()]);
+    }
+
+    #[test]
+    fn the_time_is_taken() {
+        let (mut node, _) = node();
+        node.receive(&Frame::new(0x100, &[0x10, 0x27, 0, 0xF0, 0x34, 0x12]).unwrap(), 0);
+        assert_eq!(node.objects.time, TimeReceived { milliseconds: 10_000, days: 0x1234, index: 0 });
+        node.receive(&Frame::new(0x100, &[0; 5]).unwrap(), 0);
+        assert_eq!(node.objects.time.days, 0x1234, "a short one is no time");
+    }
+
+    fn event(impact: u32) -> crate::event::Event {
+        use crate::event::{Event, Flags, Severity};
+        use crate::units::{Newton, NewtonSecond, SampleInstant, Second};
+        Event {
+            number: 0,
+            impact,
+            contact: 0,
+            flags: Flags::empty(),
+            contact_instant: SampleInstant::default(),
+            peak_instant: SampleInstant::default(),
+            raw_peak: Newton(10.0),
+            peak: Newton(9.0),
+            impulse: NewtonSecond(0.1),
+            duration: Second(0.02),
+            noise: Newton(0.1),
+            severity: Severity::default(),
+            configuration_revision: 1,
+            configuration_hash: 1,
+        }
+    }
+
+    #[test]
+    fn a_burst_of_events_is_sent_whole_and_what_left_the_log_is_counted() {
+        let (mut node, shared) = node();
+        node.receive(&Frame::new(0, &[1, 0]).unwrap(), 0);
+        node.poll(0);
+        sent(shared);
+        let fill = |count: u32| {
+            for impact in 0..count {
+                shared.log.lock(|log| log.borrow_mut().push(event(impact)));
+            }
+        };
+        fill(40);
+        let mut assembly = frame::Assembly::new();
+        let mut numbers = Vec::new();
+        loop {
+            node.poll(0);
+            let Some(frame) = shared.with_outbox(|outbox| outbox.pop()) else { break };
+            if let Some((part, _)) = Part::of(frame.id) {
+                numbers.extend(assembly.push(part, frame.bytes()).unwrap().map(|event| event.number));
+            }
+        }
+        assert_eq!((numbers, assembly.incomplete()), ((1..=40).collect(), 0));
+        assert_eq!(shared.with_outbox(|outbox| outbox.losses()), crate::outbox::Losses::default());
+        fill(crate::shared::EVENTS as u32 + 7);
+        node.poll(0);
+        assert_eq!(shared.counters().not_sent, 7);
+    }
+
+    #[test]
+    fn a_node_without_an_id_is_silent_and_found_by_fast_scan() {
+        let (mut node, shared) = node();
+        let lss = |node: &mut CanOpenNode<64>, bytes: [u8; 8]| {
+            node.receive(&Frame::new(LSS_REQUEST, &bytes).unwrap(), 0);
+            node.poll(60_000);
+            sent(shared)
+        };
+        lss(&mut node, [0x04, 1, 0, 0, 0, 0, 0, 0]);
+        lss(&mut node, [0x11, 0xFF, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(node.node_id(), None);
+        assert_eq!(lss(&mut node, [0x04, 0, 0, 0, 0, 0, 0, 0]), [], "no heartbeat without an id");
+        // A bit and a field that do not exist, on which the stack would stumble.
+        assert_eq!(lss(&mut node, [0x51, 0, 0, 0, 0, 40, 0, 0]), []);
+        assert_eq!(lss(&mut node, [0x51, 0, 0, 0, 0, 0, 9, 9]), []);
+        let identity = [0, PRODUCT_CODE, REVISION_NUMBER, SERIAL];
+        assert_eq!(lss(&mut node, [0x51, 0, 0, 0, 0, 0x80, 0, 0]).len(), 1);
+        for (field, number) in (0u8..).zip(identity) {
+            let [a, b, c, d] = number.to_le_bytes();
+            let next = (field + 1) % 4;
+            assert_eq!(lss(&mut node, [0x51, a, b, c, d, 0, field, next]).len(), 1, "field {field}");
+        }
+        lss(&mut node, [0x11, 0x42, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(node.node_id(), Some(0x42));
+        node.receive(&Frame::new(0x642, &[0x40, 0x18, 0x10, 4, 0, 0, 0, 0]).unwrap(), 0);
+        assert!(sent(shared).iter().any(|frame| frame.id == 0x5C2));
+    }
+
+    /// Frames that this node listens to, more often with a meaningful first byte than by chance.
+    fn frames() -> impl Strategy<Value = Frame> {
+        let id = prop::sample::select(std::vec![0x000u16, 0x7E5, 0x620, 0x620, 0x620, 0x220, 0x100, 0x631, 0x080]);
+        let first = prop_oneof![
+            any::<u8>(),
+            prop::sample::select(std::vec![
+                0x40, 0x2F, 0x23, 0x21, 0x60, 0x70, 0x00, 0x10, 0xA4, 0xA3, 0xA2, 0xA1, 0xC6, 0x80, 0x04, 0x11, 0x17,
+                0x51, 0x40, 0x41, 0x42, 0x43, 0x01, 0x82,
+            ]),
+        ];
+        let index = prop_oneof![
+            any::<u16>(),
+            (0..crate::dictionary::object::OBJECTS.len()).prop_map(|n| crate::dictionary::object::OBJECTS[n].index),
+            // NMT to everybody or this node, LSS node ids.
+            prop::sample::select(std::vec![0x0000, 0x0020, 0x0031, 0x00FF]),
+        ];
+        (id, first, index, 0u8..14, any::<[u8; 4]>(), 0usize..10).prop_map(|(id, first, index, sub, data, length)| {
+            let [low, high] = index.to_le_bytes();
+            let bytes = [first, low, high, sub, data[0], data[1], data[2], data[3]];
+            Frame::new(id, &bytes[..if length > 7 { 8 } else { length }]).unwrap()
+        })
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 512, ..ProptestConfig::default() })]
+        #[test]
+        fn no_frames_make_the_node_panic_or_fall_silent(
+            frames in prop::collection::vec((frames(), 0u64..800), 1..120),
+        ) {
+            let (mut node, shared) = node();
+            let mut now = 0;
+            for (frame, pause) in frames {
+                now += pause;
+                node.receive(&frame, now);
+                node.poll(now);
+                if pause % 3 == 0 {
+                    sent(shared);
+                }
+            }
+            // Whatever was left open expires, and the node answers again unless it was stopped or lost its id.
+            now += 2 * crate::sdo::TIMEOUT_MS;
+            node.poll(now);
+            sent(shared);
+            node.receive(&Frame::new(0, &[128, 0]).unwrap(), now);
+            if let Some(id) = node.node_id() {
+                sent(shared);
+                node.receive(&Frame::new(0x600 + u16::from(id), &[0x40, 0x18, 0x10, 4, 0, 0, 0, 0]).unwrap(), now);
+                let answers = sent(shared);
+                prop_assert_eq!(answers.len(), 1);
+                prop_assert_eq!(answers[0].data, [0x43, 0x18, 0x10, 4, 0x04, 0x03, 0x02, 0x01]);
+            }
         }
     }
 }

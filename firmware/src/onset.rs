@@ -1,32 +1,29 @@
 //! When a force has begun: a limited mean of the last eight samples against a threshold.
 //!
 //! The threshold that a user sets is T = multiple · σ (six by default), or the configured minimum. The mean of
-//! eight has an eighth of the variance, so it can be compared with a level below T, at which a force of T is
+//! eight has less noise (σ₈, tracked as well: σ/√8 when the noise is white), so it can be compared with a level below T, at which a force of T is
 //! certain to be noticed and noise is not:
 //!
 //! ```text
-//! level = max(T − 4σ/√8, 7σ/√8), at most T       T = 6σ  ⇒  level = 4.6σ, which is 13 deviations of the mean
+//! level = max(T − 5σ₈, 7σ₈), at most T       white noise, T = 6σ  ⇒  level = 4.2σ, which is 12 deviations of the mean
 //! ```
 //!
-//! A force of T is missed by one mean with a probability of 3e-5 (four deviations). Noise alone passes seven
-//! deviations with 1.3e-12 a sample, once in a thousand spells of ten hours at 20 kS/s; thirteen, never.
+//! A force of T is missed by one mean with a probability of 3e-7 (five deviations). Noise alone passes seven
+//! deviations with 1.3e-12 a sample, once in a thousand spells of ten hours at 20 kS/s; twelve, never.
 //!
 //! Before it enters the mean each sample is limited to three levels. One sample of whatever height thus adds
 //! 3/8 of the level, two add 3/4; three in a row pass it. That is the confirmation: a spike never triggers, and a
 //! hammer's blow of four samples does.
 //!
 //! Delay at the slowest slope that is asked for (500 N/s, σ = 0.3 N): the mean lags by 3.5 samples, which is
-//! 0.09 N; the level lies 0.42 N below T. So the alarm comes when the force passes T, give or take the
-//! mean's deviation of 0.11 N or 0.2 ms, plus at most a block (0.4 ms) and a CAN frame (0.15 ms).
+//! 0.09 N; the level lies 0.53 N below T. So the alarm comes 0.9 ms before the force passes T, give or take four of the
+//! mean's deviations of 0.2 ms, plus at most a block (0.4 ms) and a CAN frame (0.15 ms).
 
 /// Samples in the mean.
 pub const WINDOW: usize = 8;
 
 /// Samples are limited to this many levels.
 const LIMIT: f32 = 3.0;
-
-/// σ of the mean over σ of a sample, 1/√8.
-const MEAN_NOISE: f32 = 0.353_553_4;
 
 /// The limited mean.
 #[derive(Clone, Debug)]
@@ -60,11 +57,11 @@ impl OnsetDetector {
         self.sum = 0.0;
     }
 
-    /// Sets the threshold T from the noise (root mean square, N).
-    pub fn set_noise(&mut self, noise: f32, multiple: f32, minimum: f32) {
-        let of_mean = noise * MEAN_NOISE;
-        self.threshold = (noise * multiple).max(minimum);
-        let level = (self.threshold - 4.0 * of_mean).max(7.0 * of_mean).min(self.threshold);
+    /// Sets the threshold T from the noise of a sample and of the mean of eight (root mean square, N).
+    pub fn set_noise(&mut self, noise: f32, of_mean: f32, multiple: f32, minimum: f32) {
+        let threshold = noise * multiple;
+        let level = (threshold - 5.0 * of_mean).max(7.0 * of_mean).min(threshold).max(minimum);
+        self.threshold = threshold.max(minimum);
         self.sum_level = level * WINDOW as f32;
         self.limit = level * LIMIT;
     }
@@ -73,6 +70,12 @@ impl OnsetDetector {
     #[must_use]
     pub const fn threshold(&self) -> f32 {
         self.threshold
+    }
+
+    /// Half of T, N: a force that has once been noticed is there until it falls below this.
+    #[must_use]
+    pub fn release_level(&self) -> f32 {
+        0.5 * self.threshold
     }
 
     /// The most that one sample counts, N, in either direction.
@@ -113,9 +116,12 @@ impl Default for OnsetDetector {
 mod tests {
     use super::*;
 
+    /// σ of the mean over σ of a sample, 1/√8, for white noise.
+    const MEAN_NOISE: f32 = 0.353_553_4;
+
     fn armed() -> OnsetDetector {
         let mut onset = OnsetDetector::new();
-        onset.set_noise(0.3, 6.0, 0.5);
+        onset.set_noise(0.3, 0.3 * MEAN_NOISE, 6.0, 0.5);
         onset
     }
 
@@ -138,11 +144,20 @@ mod tests {
     fn the_level_lies_between_noise_and_threshold() {
         for multiple in [3.0, 6.0, 50.0] {
             let mut onset = OnsetDetector::new();
-            onset.set_noise(0.3, multiple, 0.5);
+            onset.set_noise(0.3, 0.3 * MEAN_NOISE, multiple, 0.5);
             let level = onset.limit() / LIMIT;
             assert!(level <= onset.threshold());
             assert!(level >= 7.0 * 0.3 * MEAN_NOISE - 1e-6);
         }
+    }
+
+    #[test]
+    fn slow_noise_raises_the_level_and_the_minimum_holds() {
+        let mut onset = armed();
+        onset.set_noise(0.3, 0.3, 6.0, 0.5);
+        assert_eq!(onset.limit() / LIMIT, onset.threshold());
+        onset.set_noise(0.01, 0.004, 6.0, 0.5);
+        assert_eq!((onset.limit() / LIMIT, onset.threshold()), (0.5, 0.5));
     }
 
     #[test]

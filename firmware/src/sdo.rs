@@ -301,7 +301,9 @@ impl SdoServer {
                     crc: 0,
                     crc_at: 0,
                 });
-                Ok(Some(SdoResponse::block_upload_acknowledge(index, true, sub, Some(total))))
+                // Without the length, which CiA 301 leaves open: zencan-common 0.0.5 reads an answer with it as malformed, and
+                // so do the masters that are built on it.
+                Ok(Some(SdoResponse::block_upload_acknowledge(index, true, sub, None)))
             }
             SdoRequest::InitiateBlockDownload { cc, s, index, sub, size } => {
                 self.begin(index, sub);

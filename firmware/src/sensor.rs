@@ -41,6 +41,12 @@ impl<const N: usize> Sensor<N> {
         self.detector.configure(configuration);
     }
 
+    /// See [`Detector::impact_open`].
+    #[must_use]
+    pub fn impact_open(&self) -> bool {
+        self.detector.impact_open()
+    }
+
     /// See [`Detector::receive_effective_mass`].
     pub fn receive_effective_mass(&mut self, mass: Kilogram) {
         self.detector.receive_effective_mass(mass);

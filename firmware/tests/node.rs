@@ -39,7 +39,7 @@ fn it_boots_up_with_state_0_and_beats() {
         let beats: Vec<_> = heard[1..].iter().filter(|(_, frame)| frame.id == 0x720).collect();
         assert_eq!(beats.len(), 4, "{heard:?}");
         assert!(beats.iter().all(|(_, frame)| frame.bytes() == [127]));
-        assert!(beats.windows(2).all(|pair| pair[1].0 - pair[0].0 == Duration::from_millis(500)));
+        assert!(beats.windows(2).all(|pair| (pair[1].0 - pair[0].0).as_millis().abs_diff(500) <= 1), "{beats:?}");
         master.nmt(START);
         assert_eq!(master.expect(0x720, 600).await.unwrap().bytes(), [5]);
         master.nmt(STOP);
@@ -164,7 +164,11 @@ fn a_blow_is_alarmed_told_logged_and_recorded() {
         assert_eq!(master.read(index::EVENT_LOG, 5).await, Err(Abort(0x0800_0024)));
 
         let slot = master.slot_of(event.impact).await;
+        let begun = embassy_time::Instant::now();
         let by_blocks = master.read_by_blocks(slot, 12, 127).await.unwrap();
+        let taken = begun.elapsed();
+        // 4 bytes of header and CRC aside, a frame of 130 bits carries 7 bytes: 0.53 s is the least for 28 KiB at 1 Mbit/s.
+        assert!(taken < Duration::from_millis(1_000), "the download took {taken} of bus time");
         let by_segments = master.read(slot, 12).await.unwrap();
         assert_eq!(by_blocks, by_segments);
         assert_eq!(by_blocks.len() as u32, 2 * master.read_u32(slot, 4).await);
@@ -205,7 +209,6 @@ fn the_alarm_passes_a_running_download_and_a_lost_segment_is_repeated() {
         let slot = master.slot_of(1).await;
         let whole = master.read(slot, 12).await.unwrap();
         master.heard();
-        master.wires.borrow_mut().drop_next = vec![0x5A0 + 0x1000; 0];
         master.blow(150, 80.0);
         // Three segments are lost on the way.
         let lossy = async {
@@ -238,7 +241,7 @@ fn a_curve_that_is_overwritten_under_a_download_is_aborted_never_mixed() {
         }
         assert_eq!(master.read_slowly(slot, 12, 3).await, Err(DEVICE_STATE));
         assert_eq!(master.read_u32(index::LOSSES, 7).await, 1);
-        assert_eq!(master.read_u32(slot, 2).await > 1, true, "the slot says what it holds now");
+        assert_eq!(master.read(slot, 1).await.unwrap(), [0], "the slot says that the curve is gone");
     });
 }
 

@@ -255,7 +255,8 @@ impl<const N: usize> View<'_, N> {
     fn mapping(&self, object: u16, sub: u8) -> Result<Value, AbortCode> {
         let target = mapped(object).and_then(object::find).ok_or(AbortCode::NoSuchObject)?;
         let entry = target.sub(sub).ok_or(AbortCode::NoSuchSubIndex)?;
-        Ok(Value::U32(u32::from(target.index) << 16 | u32::from(sub) << 8 | entry.size() as u32 * 8))
+        let bits = entry.size() as u32 * 8;
+        Ok(Value::U32(u32::from(target.index) << 16 | u32::from(sub) << 8 | bits))
     }
 
     /// The bytes of a mapped sub-object within its frame.
@@ -418,6 +419,7 @@ impl<const N: usize> View<'_, N> {
             let mut settings = settings.borrow_mut();
             if restore { settings.restore() } else { settings.apply() }
         })?;
+        self.node.heartbeat_ms = stamped.configuration.node.heartbeat_ms;
         self.shared.configure.signal(stamped);
         self.shared.store.signal(());
         Ok(())
@@ -560,5 +562,39 @@ impl<const N: usize> Entries for View<'_, N> {
             }
             _ => Err(AbortCode::NoSuchObject),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use zencan_node::common::objects::PdoMappable;
+
+    use super::*;
+
+    #[test]
+    fn every_mapping_names_exactly_the_mappable_sub_objects_and_fills_at_most_a_frame() {
+        for mapping in object::OBJECTS.iter().filter(|object| mapped(object.index).is_some()) {
+            let target = mapped(mapping.index).and_then(object::find).unwrap();
+            let carried: std::vec::Vec<_> =
+                target.subs.iter().filter(|sub| !matches!(sub.pdo, PdoMappable::None)).collect();
+            assert_eq!(mapping.subs.len(), carried.len(), "0x{:04X}", mapping.index);
+            assert!(carried.iter().map(|sub| sub.size()).sum::<usize>() <= 8);
+            assert!(mapping.subs.iter().zip(carried).all(|(entry, sub)| entry.sub == sub.sub));
+        }
+        assert_eq!(object::OBJECTS.iter().filter(|object| mapped(object.index).is_some()).count(), 1 + TPDOS);
+    }
+
+    #[test]
+    fn an_identifier_that_belongs_to_another_service_is_refused() {
+        let mut pdo = PdoCommunication { cob_id: 0x200, transmission: 254 };
+        for taken in [0u32, 0x80, 0x100, 0x5A0, 0x620, 0x720, 0x7E5, 0x800, 1 << 29 | 0x181] {
+            assert_eq!(pdo.set(1, &taken.to_le_bytes()), Err(AbortCode::InvalidValue), "0x{taken:X}");
+        }
+        assert_eq!(pdo.id(), Some(0x200));
+        pdo.set(1, &(1u32 << 31).to_le_bytes()).unwrap();
+        assert_eq!(pdo.id(), None);
+        pdo.set(1, &0x01Fu32.to_le_bytes()).unwrap();
+        assert_eq!(pdo.id(), Some(0x01F));
+        assert_eq!(pdo.set(2, &[1]), Err(AbortCode::InvalidValue), "synchronous transmission is not offered");
     }
 }

@@ -48,6 +48,29 @@ pub struct Contact {
     pub outlasts_curve: bool,
 }
 
+impl Contact {
+    /// The contact without what came before it: a robot that moves shakes the sensor, and just before the blow the noise can pass the
+    /// threshold here and there. The contact begins where the rise to its first 5 % leaves the threshold for good.
+    pub fn without_precursors<C: Curve>(&self, force: &Force<'_, C>, group: usize) -> Self {
+        let mut piece = [0.0; PIECE];
+        let mut start = None;
+        let mut at = self.start;
+        while at < self.highest_at && force.read(at, &mut piece[..group]) == group {
+            let mean = piece[..group].iter().sum::<f32>() / group as f32;
+            if mean <= self.threshold {
+                start = None;
+            } else if start.is_none() {
+                start = Some(at);
+            }
+            if mean > RINGING * self.highest && mean > self.threshold {
+                break;
+            }
+            at += group;
+        }
+        Self { start: start.unwrap_or(self.start), ..*self }
+    }
+}
+
 /// The contacts of an impact.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Contacts {

@@ -33,6 +33,12 @@ const POINTS: usize = 64;
 const STEPS: usize = 6;
 /// The residual's mean square over the noise's may reach 1 + this/√points: three deviations of χ².
 const MISFIT: f32 = 4.24;
+/// A rise by this many deviations is more than noise for the first guess.
+const CLEAR_RISE: f32 = 8.0;
+/// A sample below this many deviations shows no force.
+const NO_FORCE: f32 = 2.0;
+/// The force may be this many deviations where such a sample stands.
+const HIDDEN: f32 = 8.0;
 /// Relative error of the arc that is not worth resolving.
 const MODEL_ERROR: f32 = 2e-4;
 
@@ -98,7 +104,8 @@ impl Flank {
     /// Fits the flank.
     pub fn instant<C: Curve>(&self, force: &Force<'_, C>) -> Instant {
         let Some(first) = self.first_guess(force) else {
-            return self.place(0.0, 1.0);
+            let still = Arc { begin: 0.0, slope: 0.0, curvature: 0.0 };
+            return self.place(force, &still, 1.0);
         };
         let curvature = self.prior_curvature();
         let mut arc = Arc { curvature, ..first };
@@ -122,8 +129,8 @@ impl Flank {
             length = (length * 1.5).min(whole);
         }
         match best {
-            Some(fitted) => self.place(fitted.arc.begin, fitted.deviation * libm::sqrtf(fitted.misfit.max(1.0))),
-            None => self.place(first.begin, 1.0),
+            Some(fitted) => self.place(force, &fitted.arc, fitted.deviation * libm::sqrtf(fitted.misfit.max(1.0))),
+            None => self.place(force, &first, 1.0),
         }
     }
 
@@ -133,8 +140,29 @@ impl Flank {
         quarter * quarter
     }
 
-    fn place(&self, begin: f32, deviation: f32) -> Instant {
-        let begin = if begin.is_finite() { begin.clamp(-(self.reach as f32), self.to_peak.max(1.0)) } else { 0.0 };
+    /// How far outside the instant can lie on a flank of this slope: there is a last sample that shows no force, and by
+    /// then the flank cannot have risen by more than what noise can hide.
+    fn earliest<C: Curve>(&self, force: &Force<'_, C>, slope: f32) -> f32 {
+        let mut outward = [0.0; PIECE];
+        let wanted = PIECE.min(self.reach);
+        let count = self.read(force, -(wanted as isize), &mut outward[..wanted]);
+        let last_without = outward[..count].iter().rposition(|x| *x <= NO_FORCE * self.noise);
+        let reach = -(self.reach as f32);
+        match last_without {
+            Some(at) if count == wanted && slope > 0.0 => {
+                let at = at as f32 - wanted as f32;
+                reach.max(at - HIDDEN * self.noise / slope - 0.5)
+            }
+            _ => reach,
+        }
+    }
+
+    fn place<C: Curve>(&self, force: &Force<'_, C>, arc: &Arc, deviation: f32) -> Instant {
+        let begin = if arc.begin.is_finite() {
+            arc.begin.max(self.earliest(force, arc.slope)).min(self.to_peak.max(1.0))
+        } else {
+            0.0
+        };
         let inside = self.inside as f32;
         let position = match self.direction {
             Direction::Begin => inside + begin,
@@ -143,21 +171,30 @@ impl Flank {
         Instant { position, deviation }
     }
 
-    /// A straight line through the beginning of the flank, extended to zero.
+    /// A straight line through the beginning of the flank, extended to zero: through as few samples as rise clearly out of the
+    /// noise, and through a third of the way to the peak. A flank that rings misleads one or the other, always outward: the
+    /// later begin is taken.
     fn first_guess<C: Curve>(&self, force: &Force<'_, C>) -> Option<Arc> {
-        let count = ((self.to_peak * 0.3) as usize).clamp(2, PIECE);
+        let most = ((self.to_peak * 0.3) as usize).clamp(2, PIECE);
         let mut piece = [0.0; PIECE];
-        let count = self.read(force, 0, &mut piece[..count]);
-        if count < 2 {
+        let read = self.read(force, 0, &mut piece[..most]);
+        let clear = piece[0] + CLEAR_RISE * self.noise;
+        let few = piece[..read].iter().position(|x| *x > clear).map_or(read, |at| (at + 1).max(2).min(read));
+        match (self.line(&piece[..few]), self.line(&piece[..read])) {
+            (Some(one), Some(other)) => Some(if one.begin > other.begin { one } else { other }),
+            (one, other) => one.or(other),
+        }
+    }
+
+    fn line(&self, samples: &[f32]) -> Option<Arc> {
+        if samples.len() < 2 {
             return None;
         }
-        let centre = (count - 1) as f32 / 2.0;
-        let mut mean = 0.0;
-        let mut rise = 0.0;
-        let mut spread = 0.0;
-        for (index, x) in piece[..count].iter().enumerate() {
+        let centre = (samples.len() - 1) as f32 / 2.0;
+        let mean = samples.iter().sum::<f32>() / samples.len() as f32;
+        let (mut rise, mut spread) = (0.0, 0.0);
+        for (index, x) in samples.iter().enumerate() {
             let from_centre = index as f32 - centre;
-            mean += x / count as f32;
             rise += x * from_centre;
             spread += from_centre * from_centre;
         }
@@ -165,7 +202,6 @@ impl Flank {
         if !(slope > 0.0) {
             return None;
         }
-        // The first sample inside is above the threshold and the one before it is not: t₀ is not far outside on a steep flank.
         let begin = (centre - mean / slope).clamp(-(self.reach as f32), 0.5);
         Some(Arc { begin, slope, curvature: 0.0 })
     }

@@ -9,8 +9,8 @@ use crate::capture::Curve;
 
 /// Widest stretch, samples.
 const WIDEST: usize = 127;
-/// The residual's mean square over the noise's may reach 1 + this/√(degrees of freedom): two deviations of χ².
-const MISFIT: f32 = 2.83;
+/// The residual's mean square over the noise's may reach 1 + this/√(degrees of freedom): three deviations of χ².
+const MISFIT: f32 = 4.24;
 /// Misfit that is allowed besides the noise, as a share of the peak: a fifth of the 0.5 % that is asked for.
 const MODEL_ERROR: f32 = 1e-3;
 
@@ -73,10 +73,9 @@ fn widest(samples: &[f32], centre: usize, noise: f32) -> Option<Peak> {
         let floor = MODEL_ERROR * samples[centre];
         let variance = noise * noise + floor * floor;
         let freedom = (2 * half + 1 - 3) as f32;
-        if half > 1 && parabola.squares > variance * (freedom + MISFIT * libm::sqrtf(freedom)) {
-            break;
-        }
-        if let Some((offset, force)) = parabola.vertex(half as f32) {
+        // A stretch is judged on its own: at two degrees of freedom one honest stretch in twenty looks wrong.
+        let fits = half == 1 || parabola.squares <= variance * (freedom + MISFIT * libm::sqrtf(freedom));
+        if fits && let Some((offset, force)) = parabola.vertex(half as f32) {
             best = Some(Peak { position: centre as f32 + offset, force });
         }
         half += half.div_ceil(3);

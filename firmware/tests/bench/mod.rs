@@ -3,7 +3,7 @@
 pub mod sdo;
 
 use std::cell::{Cell, RefCell};
-use std::collections::VecDeque;
+use std::collections::{HashMap, VecDeque};
 use std::future::{Future, poll_fn};
 use std::pin::pin;
 use std::rc::Rc;
@@ -223,9 +223,7 @@ impl Samples for Scripted {
                 .borrow()
                 .iter()
                 .filter(|(start, _)| (*start..start + BLOW_SAMPLES).contains(&index))
-                .map(|(start, peak)| {
-                    peak * (std::f32::consts::PI * (index - start) as f32 / BLOW_SAMPLES as f32).sin()
-                })
+                .map(|(start, peak)| peak * (std::f32::consts::PI * (index - start) as f32 / BLOW_SAMPLES as f32).sin())
                 .sum();
             *code = (32_768.0 + noise + blow / 0.07).round() as u16;
         }
@@ -298,6 +296,8 @@ pub struct Master {
     pub shared: &'static Shared<CAPTURE>,
     pub node: u8,
     seen: Cell<usize>,
+    /// Up to where the frames of an identifier have been expected.
+    expected: RefCell<HashMap<u16, usize>>,
 }
 
 impl Master {
@@ -318,14 +318,17 @@ impl Master {
         wires.sent[from..].to_vec()
     }
 
-    /// The next frame with this identifier, within so many ms; what comes before it is skipped.
+    /// The next frame with this identifier that was not heard or expected yet, within so many ms.
     pub async fn expect(&self, id: u16, within_ms: u64) -> Option<Frame> {
         let found = async {
             loop {
                 {
                     let wires = self.wires.borrow();
-                    while let Some((_, frame)) = wires.sent.get(self.seen.get()) {
-                        self.seen.set(self.seen.get() + 1);
+                    let mut expected = self.expected.borrow_mut();
+                    let next = expected.entry(id).or_default();
+                    *next = self.seen.get().max(*next);
+                    while let Some((_, frame)) = wires.sent.get(*next) {
+                        *next += 1;
                         if frame.id == id {
                             return *frame;
                         }
@@ -341,9 +344,10 @@ impl Master {
     }
 
     pub async fn sdo(&self, request: [u8; 8]) -> [u8; 8] {
-        self.seen.set(self.wires.borrow().sent.len());
+        let answer = 0x580 + u16::from(self.node);
+        self.expected.borrow_mut().insert(answer, self.wires.borrow().sent.len());
         self.send(0x600 + u16::from(self.node), &request);
-        self.expect(0x580 + u16::from(self.node), 1_000).await.expect("an answer to the SDO").data
+        self.expect(answer, 1_000).await.expect("an answer to the SDO").data
     }
 
     pub fn nmt(&self, command: u8) {
@@ -380,7 +384,14 @@ pub fn with_sensor<T>(flash: &Flash, script: impl AsyncFnOnce(&Master) -> T) -> 
             store,
         };
         let node = shared.active().configuration.node.node_id;
-        let master = Master { wires: wires.clone(), blows: Rc::clone(&blows), shared, node, seen: Cell::new(0) };
+        let master = Master {
+            wires: wires.clone(),
+            blows: Rc::clone(&blows),
+            shared,
+            node,
+            seen: Cell::new(0),
+            expected: RefCell::default(),
+        };
         let sensor = tasks::run(board, shared, memory);
         match select3(script(&master), sensor, bus(wires.clone())).await {
             embassy_futures::select::Either3::First(result) => result,

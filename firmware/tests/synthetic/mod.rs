@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "each test and bench uses its part")]
 
+pub mod trial;
+
 use std::f64::consts::TAU;
 
 use rand::SeedableRng;
