@@ -151,8 +151,8 @@ impl<const N: usize, R: Method<N>> Solver<N, R> {
         let last = nodes.len() - 1;
         nodes[0] = either!(self, method => *method.y_prev());
         nodes[last] = either!(self, method => *method.y());
-        for number in 1..last {
-            nodes[number] = self.interpolate(from_s + (to_s - from_s) * number as f64 / last as f64)?;
+        for (number, node) in nodes.iter_mut().enumerate().take(last).skip(1) {
+            *node = self.interpolate(from_s + (to_s - from_s) * number as f64 / last as f64)?;
         }
         Ok(())
     }
@@ -236,10 +236,8 @@ fn follow<const N: usize, R: Method<N>>(
         let begun_s = time_s;
         let failed =
             move |error: Error<f64, [f64; N]>| RigError::Solver { time_s: begun_s, reason: reason(&error).to_owned() };
-        if !touched {
-            if let Some(ramp) = system.onset(time_s, &state, &form.mode) {
-                pass_ramp(&mut trajectory, &mut time_s, &mut state, form.mode, ramp);
-            }
+        if !touched && let Some(ramp) = system.onset(time_s, &state, &form.mode) {
+            pass_ramp(&mut trajectory, &mut time_s, &mut state, form.mode, ramp);
         }
         let mut solver = solver_for(&system, &form.mode);
         let stop_s = system.next_switch_s(&form.mode).min(until_s);
@@ -273,10 +271,10 @@ fn follow<const N: usize, R: Method<N>>(
             return Err(RigError::Chattering { time_s, most: MOST_CHANGES });
         }
         touched = form.mode.touching;
-        if let Some((CONTACT_EVENT, _)) = event {
-            if let Some(ramp) = system.closing(time_s, &state, &form.mode) {
-                pass_ramp(&mut trajectory, &mut time_s, &mut state, form.mode, ramp);
-            }
+        if matches!(event, Some((CONTACT_EVENT, _)))
+            && let Some(ramp) = system.closing(time_s, &state, &form.mode)
+        {
+            pass_ramp(&mut trajectory, &mut time_s, &mut state, form.mode, ramp);
         }
         match event {
             Some((number, _)) => system.pass(number, time_s, &mut state, &mut form.mode),
@@ -294,7 +292,6 @@ fn follow<const N: usize, R: Method<N>>(
     }
     effort.events -= 1; // the end of the simulation is none
     debug_assert!(system.assembly.kind != Kind::Fall || intervals.is_empty());
-    drop(form);
     Ok(Impact::new(system, trajectory, intervals, until_s, effort))
 }
 
@@ -336,14 +333,14 @@ fn first_event<const N: usize, R: Method<N>>(
     let mut after = [1.0; MOST_EVENTS];
     let count = form.system.margins(from_s, &nodes[0], &form.mode, &mut before);
     let at_s = |number: usize| from_s + (to_s - from_s) * number as f64 / (nodes.len() - 1) as f64;
-    for number in 1..nodes.len() {
-        form.system.margins(at_s(number), &nodes[number], &form.mode, &mut after);
+    for (number, node) in nodes.iter().enumerate().skip(1) {
+        form.system.margins(at_s(number), node, &form.mode, &mut after);
         let mut first: Option<(usize, f64)> = None;
         for event in 0..count {
             if after[event] < 0.0 {
                 let low_s = at_s(number - 1);
                 let mut margin = |time_s: f64| {
-                    let state = solver.interpolate(time_s.clamp(from_s, to_s)).unwrap_or(nodes[number]);
+                    let state = solver.interpolate(time_s.clamp(from_s, to_s)).unwrap_or(*node);
                     let mut margins = [1.0; MOST_EVENTS];
                     form.system.margins(time_s, &state, &form.mode, &mut margins);
                     margins[event]
