@@ -15,6 +15,8 @@ pub mod bus;
 pub mod chain;
 pub mod flash;
 pub mod force;
+pub mod mechanism;
+pub mod rig;
 pub mod time;
 pub mod watchdog;
 pub mod world;
