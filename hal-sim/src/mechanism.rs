@@ -1,0 +1,218 @@
+//! Mechanisms: the physics that a rig may have beyond the ideal impact, one file each.
+//!
+//! A [`Mechanism`] is knowledge (its equation with its source, its parameters with unit and range, where its
+//! mismatch shows, what it is confused with, what separates them) and one function, `enter`, which puts an
+//! [`Effect`] (the mechanism with values) into an [`Assembly`]. The simulation composes effects; the diagnosis
+//! tries them. Adding a mechanism is adding a file and a line in [`LIST`].
+//!
+//! # Where a mechanism may enter
+//!
+//! The walls of the assembly are few, and every id of the campaign contract has a door:
+//!
+//! | site | door | mechanisms |
+//! |---|---|---|
+//! | pad | [`ForceLaw`](crate::rig::ForceLaw) on `assembly.pad`: force from depth, rate and states of its own; a knot where its form changes | `hunt-crossley-damping`, `viscous-damping`, `air-damping` and `rate-stiffening` (depend on the rate), `pad-relaxation` (a state: the strain of the viscous branch), `hardening` (elastic), `adhesion` (a law that holds at negative depth until `Element::pull_off_n` is passed), `clearance` (a knot: no force below the gap) |
+//! | pad, spring | `stiffness_n_per_m` of the element, changed once with the approach's order number in hand | `mullins-softening`, spring repeatability, a wrong spring |
+//! | spring | `ForceLaw` on `assembly.spring`, with a knot | `end-stop` |
+//! | guide | numbers of [`Guide`](crate::rig::Guide): Coulomb level, static ratio, load coefficient, share through the cell | `guide-friction`, `stiction`, `load-dependent-friction` |
+//! | piece, base | a body: `assembly.piece`; a frame is a second body below the spring | `moving-piece-inertia`, `frame-compliance` |
+//! | robot | `assembly.joint` splits the robot's mass in tip and link | `joint-elasticity`, `force-ceiling` (the joint's force saturates) |
+//! | drive | [`Drive`](crate::rig::Drive): force on the robot from time since contact, position, velocity, and time since a trigger (a force passed for a delay) | `robot-push`, `collision-reaction`, `air-drag` |
+//! | initial condition | `assembly.approach`, changed before the motion begins: speed, mass by configuration, order | `speed-error`, `pose-dependent-mass`, `link-oscillation` (speed at contact as function of order or phase) |
+//! | chain | [`Stage`](crate::rig::Stage): works on the sampled signal, in order | `piezo-discharge`, `charge-drift`, `clipping`, `filter-lag`, `mains-hum`, `gain-error`, `lost-samples` (sets samples to NaN) |
+//!
+//! A new site (say, a second robot joint) is a change of the assembly; a new mechanism at a known site is not.
+
+mod air_drag;
+mod collision_reaction;
+mod effect;
+mod end_stop;
+mod guide_friction;
+mod hunt_crossley_damping;
+mod joint_elasticity;
+mod load_dependent_friction;
+mod moving_piece_inertia;
+mod pad_relaxation;
+mod parameter;
+mod piezo_discharge;
+mod robot_push;
+mod stiction;
+mod viscous_damping;
+
+use crate::rig::Assembly;
+
+pub use effect::{Effect, MechanismError};
+pub use parameter::{Parameter, Scale};
+
+/// Every mechanism, in the order of the campaign contract.
+pub static LIST: &[&Mechanism] = &[
+    &hunt_crossley_damping::MECHANISM,
+    &viscous_damping::MECHANISM,
+    &pad_relaxation::MECHANISM,
+    &end_stop::MECHANISM,
+    &guide_friction::MECHANISM,
+    &load_dependent_friction::MECHANISM,
+    &stiction::MECHANISM,
+    &moving_piece_inertia::MECHANISM,
+    &joint_elasticity::MECHANISM,
+    &robot_push::MECHANISM,
+    &collision_reaction::MECHANISM,
+    &piezo_discharge::MECHANISM,
+    &air_drag::MECHANISM,
+];
+
+/// What is known of one mechanism, and how it enters a rig.
+#[derive(Debug)]
+pub struct Mechanism {
+    /// Its name in files and on the command line; fixed, so that results can be compared.
+    pub id: &'static str,
+    /// The part of the rig that the contract files it under.
+    pub group: Group,
+    /// Where in the assembly it acts.
+    pub site: Site,
+    /// Its equation, as text.
+    pub equation: &'static str,
+    /// Where the equation and the ranges come from.
+    pub source: &'static str,
+    /// Its parameters. The first one is its strength: at that one's null value the mechanism is absent.
+    pub parameters: &'static [Parameter],
+    /// Where its mismatch shows in a recording.
+    pub signature: &'static str,
+    /// Ids of the mechanisms it is confused with, in the contract's list.
+    pub confused_with: &'static [&'static str],
+    /// What separates it from those.
+    pub separated_by: &'static str,
+    /// Puts it into the rig. The effect's values are within range.
+    pub enter: fn(&Effect, &mut Assembly),
+}
+
+/// The contract's groups of mechanisms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Group {
+    /// Between robot and piece, and in the springs.
+    Contact,
+    /// Where the piece slides.
+    Guide,
+    /// Masses that the baseline neglects.
+    Bodies,
+    /// The robot behind the contact.
+    Robot,
+    /// From the cell to the sample.
+    Measuring,
+    /// Free flight.
+    Fall,
+}
+
+impl Group {
+    /// The name in files and tables.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Contact => "contact",
+            Self::Guide => "guide",
+            Self::Bodies => "bodies",
+            Self::Robot => "robot",
+            Self::Measuring => "measuring",
+            Self::Fall => "fall",
+        }
+    }
+}
+
+/// Where in the assembly a mechanism acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Site {
+    /// The compliant layer between robot and piece.
+    Pad,
+    /// The body springs.
+    Spring,
+    /// The guide of the piece.
+    Guide,
+    /// The moving piece.
+    Piece,
+    /// The robot's own bodies.
+    Robot,
+    /// The forces on the robot.
+    Drive,
+    /// What the rig stands on.
+    Base,
+    /// The measuring chain.
+    Chain,
+    /// Speed and mass at the instant of contact.
+    InitialCondition,
+}
+
+impl Site {
+    /// The name in files and tables.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Pad => "pad",
+            Self::Spring => "spring",
+            Self::Guide => "guide",
+            Self::Piece => "piece",
+            Self::Robot => "robot",
+            Self::Drive => "drive",
+            Self::Base => "base",
+            Self::Chain => "chain",
+            Self::InitialCondition => "initial condition",
+        }
+    }
+}
+
+impl Mechanism {
+    /// The mechanism with this id.
+    ///
+    /// # Errors
+    /// [`MechanismError::Unknown`] with the ids that exist.
+    pub fn find(id: &str) -> Result<&'static Self, MechanismError> {
+        LIST.iter().copied().find(|mechanism| mechanism.id == id).ok_or_else(|| MechanismError::Unknown {
+            id: id.to_owned(),
+            known: LIST.iter().map(|mechanism| mechanism.id).collect::<Vec<_>>().join(", "),
+        })
+    }
+
+    /// Its parameter with this name, and that one's place in an effect's values.
+    ///
+    /// # Errors
+    /// [`MechanismError::UnknownParameter`] with the names that exist.
+    pub fn parameter(&self, name: &str) -> Result<(usize, &'static Parameter), MechanismError> {
+        self.parameters.iter().enumerate().find(|(_, parameter)| parameter.name == name).ok_or_else(|| {
+            MechanismError::UnknownParameter {
+                id: self.id,
+                name: name.to_owned(),
+                known: self.parameters.iter().map(|parameter| parameter.name).collect::<Vec<_>>().join(", "),
+            }
+        })
+    }
+
+    /// The mechanism with every parameter at its typical value.
+    #[must_use]
+    pub fn typical(&'static self) -> Effect {
+        Effect::typical(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_mechanism_is_described_once_and_within_its_own_ranges() {
+        for (place, mechanism) in LIST.iter().enumerate() {
+            assert!(LIST[..place].iter().all(|other| other.id != mechanism.id), "{} twice", mechanism.id);
+            assert!(!mechanism.parameters.is_empty(), "{} has no strength", mechanism.id);
+            assert!(!mechanism.equation.is_empty() && !mechanism.source.is_empty(), "{}", mechanism.id);
+            for parameter in mechanism.parameters {
+                let (low, high) = parameter.range;
+                assert!(low < high, "{} {}", mechanism.id, parameter.name);
+                assert!((low..=high).contains(&parameter.typical), "{} {}", mechanism.id, parameter.name);
+                let (likely_low, likely_high) = parameter.plausible;
+                assert!(low <= likely_low && likely_low <= likely_high && likely_high <= high, "{}", parameter.name);
+                assert!(parameter.scale == Scale::Linear || likely_low > 0.0, "{}: log of zero", parameter.name);
+            }
+            let strength = &mechanism.parameters[0];
+            let null = strength.null.unwrap_or_else(|| panic!("{} cannot vanish", mechanism.id));
+            assert!(strength.permits(null), "{}: its absence is out of range", mechanism.id);
+        }
+    }
+}

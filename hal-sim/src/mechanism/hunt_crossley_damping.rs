@@ -1,0 +1,57 @@
+//! Damping that grows with depth: the pad loses energy in the loop between loading and unloading.
+//!
+//! F = F_el(δ)·(1 + (3/2)·α·δ̇) with F_el the elastic force. The force has no step at contact, unlike a
+//! dashpot's. For one mass on one such spring the restitution is e ≈ 1/(1 + α·v₀); the often printed
+//! e = 1 − α·v₀ is only its first order.
+//!
+//! Source: K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42 (1975) 440; paper 1, eq. 9–12.
+
+use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use crate::rig::{Assembly, Deformation, ForceLaw, Response};
+
+pub(super) static MECHANISM: Mechanism = Mechanism {
+    id: "hunt-crossley-damping",
+    group: Group::Contact,
+    site: Site::Pad,
+    equation: "F = F_el(δ)·(1 + 1.5·α·dδ/dt); e ≈ 1/(1 + α·v0)",
+    source: "Hunt and Crossley, J. Appl. Mech. 42 (1975) 440; range from αv0 = 0 to 0.3 at 0.05 to 0.6 m/s",
+    parameters: &[Parameter {
+        name: "alpha_s_per_m",
+        unit: "s/m",
+        meaning: "loss per speed of approach",
+        null: Some(0.0),
+        range: (0.0, 5.0),
+        plausible: (0.02, 1.0),
+        typical: 0.2,
+        scale: Scale::Logarithmic,
+    }],
+    signature: "a pulse skewed to its front; the loop of force over stroke is a fraction of the energy that grows with speed",
+    confused_with: &["pad-relaxation", "joint-elasticity", "guide-friction", "viscous-damping"],
+    separated_by: "a sweep of speed: loop area over energy is proportional to the speed, for friction it falls with it",
+    enter,
+};
+
+fn enter(effect: &Effect, assembly: &mut Assembly) {
+    assembly.contact_laws.push(Box::new(HuntCrossley { alpha_s_per_m: effect.value(0) }));
+}
+
+#[derive(Debug)]
+struct HuntCrossley {
+    alpha_s_per_m: f64,
+}
+
+impl ForceLaw for HuntCrossley {
+    fn respond(&self, deformation: Deformation, elastic: Response, _states: &[f64]) -> Response {
+        let loss = 1.5 * self.alpha_s_per_m;
+        Response {
+            force_n: loss * elastic.force_n * deformation.rate_m_per_s,
+            stiffness_n_per_m: loss * elastic.stiffness_n_per_m * deformation.rate_m_per_s,
+            damping_ns_per_m: loss * elastic.force_n,
+            drift_n_per_s: loss * elastic.drift_n_per_s * deformation.rate_m_per_s,
+        }
+    }
+
+    fn depends_on_rate(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,243 @@
+//! The rig put together for one impact: elements, bodies, drives and chain, with the doors that mechanisms use.
+
+use std::fmt::Debug;
+
+use super::{Approach, Kind, Rig, RigError};
+use crate::mechanism::Effect;
+
+/// The rig for one impact, after all effects have entered.
+#[derive(Debug)]
+pub struct Assembly {
+    /// What kind of rig it is.
+    pub kind: Kind,
+    /// Speed, mass and place in the campaign; effects may change what really happens.
+    pub approach: Approach,
+    /// The pad between robot and piece; `None`: the robot touches the piece directly.
+    pub pad: Option<Element>,
+    /// What acts on the contact: on the pad where there is one, else on the spring (paper 1, eq. 12).
+    pub contact_laws: Vec<Box<dyn ForceLaw>>,
+    /// The body springs.
+    pub spring: Element,
+    /// The guide of the piece.
+    pub guide: Guide,
+    /// The moving piece, where its inertia counts.
+    pub piece: Option<Piece>,
+    /// Splits the robot into tip and link.
+    pub joint: Option<Joint>,
+    /// Forces on the robot besides contact and gravity.
+    pub drives: Vec<Box<dyn Drive>>,
+    /// Gravity along the direction of the impact, m/s².
+    pub gravity_m_per_s2: f64,
+    /// The measuring chain, in the order of the signal.
+    pub chain: Vec<Box<dyn Stage>>,
+}
+
+impl Assembly {
+    /// Puts the rig together for one impact.
+    ///
+    /// # Errors
+    /// A quantity of the rig or the approach that is not a physical value.
+    pub fn new(rig: &Rig, approach: &Approach, effects: &[Effect]) -> Result<Self, RigError> {
+        rig.check()?;
+        approach.check()?;
+        let mut assembly = Self {
+            kind: rig.kind,
+            approach: *approach,
+            pad: rig.pad_stiffness_n_per_m.map(Element::linear),
+            contact_laws: Vec::new(),
+            spring: Element::linear(rig.body_stiffness_n_per_m),
+            guide: Guide::default(),
+            piece: None,
+            joint: None,
+            drives: Vec::new(),
+            gravity_m_per_s2: rig.gravity_m_per_s2,
+            chain: Vec::new(),
+        };
+        for effect in effects.iter().filter(|effect| !effect.is_null()) {
+            (effect.mechanism().enter)(effect, &mut assembly);
+        }
+        assembly.approach.check()?;
+        let laws = std::mem::take(&mut assembly.contact_laws);
+        match &mut assembly.pad {
+            Some(pad) => pad.laws.extend(laws),
+            None => assembly.spring.laws.extend(laws),
+        }
+        Ok(assembly)
+    }
+}
+
+/// A spring with laws that add to it.
+#[derive(Debug)]
+pub struct Element {
+    /// Linear stiffness, N/m.
+    pub stiffness_n_per_m: f64,
+    /// Viscous damping of the material, N·s/m.
+    pub damping_ns_per_m: f64,
+    /// Laws that add to the linear force; those that depend on the elastic force come after the elastic ones.
+    pub laws: Vec<Box<dyn ForceLaw>>,
+}
+
+impl Element {
+    /// A linear spring without loss.
+    #[must_use]
+    pub fn linear(stiffness_n_per_m: f64) -> Self {
+        Self { stiffness_n_per_m, damping_ns_per_m: 0.0, laws: Vec::new() }
+    }
+}
+
+/// How an element is deformed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Deformation {
+    /// Compression, m.
+    pub depth_m: f64,
+    /// Its rate, m/s.
+    pub rate_m_per_s: f64,
+    /// Whether the depth is beyond the law's [`ForceLaw::knot_m`]; it holds for a whole smooth stretch of the
+    /// motion, so that the solver never steps across a kink.
+    pub beyond_knot: bool,
+}
+
+/// A force with its partial derivatives, which the balance of a massless piece needs.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Response {
+    /// Force, N, positive in compression.
+    pub force_n: f64,
+    /// Derivative by depth, N/m.
+    pub stiffness_n_per_m: f64,
+    /// Derivative by rate, N·s/m.
+    pub damping_ns_per_m: f64,
+    /// Rate of the force at fixed depth and rate of depth, because the law's own states move, N/s.
+    pub drift_n_per_s: f64,
+}
+
+impl std::ops::AddAssign for Response {
+    fn add_assign(&mut self, other: Self) {
+        self.force_n += other.force_n;
+        self.stiffness_n_per_m += other.stiffness_n_per_m;
+        self.damping_ns_per_m += other.damping_ns_per_m;
+        self.drift_n_per_s += other.drift_n_per_s;
+    }
+}
+
+/// A force that a mechanism adds to an element.
+pub trait ForceLaw: Debug + Send + Sync {
+    /// The force that it adds. `elastic` is what linear stiffness and the laws before it give at this depth.
+    fn respond(&self, deformation: Deformation, elastic: Response, states: &[f64]) -> Response;
+
+    /// Whether the force depends on the rate of depth.
+    fn depends_on_rate(&self) -> bool {
+        false
+    }
+
+    /// A depth at which the law changes its form, m.
+    fn knot_m(&self) -> Option<f64> {
+        None
+    }
+
+    /// How many states of its own it has; they are zero at the start.
+    fn states(&self) -> usize {
+        0
+    }
+
+    /// The rates of its states.
+    fn state_rates(&self, _deformation: Deformation, _states: &[f64], _rates: &mut [f64]) {}
+}
+
+/// Dry friction of the piece in its guide: it sticks as long as less than
+/// `(coulomb_n + load_coefficient·P)·static_ratio` is needed to hold it, and slides against
+/// `coulomb_n + load_coefficient·P`, P being the contact force.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Guide {
+    /// Sliding friction without load, N.
+    pub coulomb_n: f64,
+    /// Friction per contact force.
+    pub load_coefficient: f64,
+    /// Friction at rest over friction while sliding, at least 1.
+    pub static_ratio: f64,
+    /// Which part of the friction reaches the load cell; 0 when the guide stands beside the cell, 1 when it
+    /// stands on it.
+    pub cell_share: f64,
+}
+
+impl Default for Guide {
+    fn default() -> Self {
+        Self { coulomb_n: 0.0, load_coefficient: 0.0, static_ratio: 1.0, cell_share: 0.0 }
+    }
+}
+
+impl Guide {
+    /// Whether there is any friction.
+    #[must_use]
+    pub fn rubs(&self) -> bool {
+        self.coulomb_n > 0.0 || self.load_coefficient > 0.0
+    }
+
+    /// Friction while sliding under a contact force, N.
+    #[must_use]
+    pub fn sliding_n(&self, contact_n: f64) -> f64 {
+        self.coulomb_n + self.load_coefficient * contact_n.max(0.0)
+    }
+
+    /// Friction that can be had at rest under a contact force, N.
+    #[must_use]
+    pub fn holding_n(&self, contact_n: f64) -> f64 {
+        self.static_ratio * self.sliding_n(contact_n)
+    }
+}
+
+/// The moving piece between pad and spring, where its inertia counts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Piece {
+    /// Mass, kg.
+    pub mass_kg: f64,
+}
+
+/// The elastic joint between the robot's tip, which touches, and the link behind it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Joint {
+    /// The part of the effective mass behind the joint, 0 to 1.
+    pub link_fraction: f64,
+    /// Stiffness, N/m, as seen at the contact.
+    pub stiffness_n_per_m: f64,
+    /// Damping, N·s/m.
+    pub damping_ns_per_m: f64,
+}
+
+/// What a drive may know of the motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// Time since the first contact (kind `fall`: since release), s.
+    pub time_s: f64,
+    /// Position of the driven body, m; 0 at first contact.
+    pub position_m: f64,
+    /// Its velocity, m/s.
+    pub velocity_m_per_s: f64,
+    /// Time since the drive's trigger took effect, s; `None` before.
+    pub since_trigger_s: Option<f64>,
+}
+
+/// A force on the robot (on the link, where there is a joint), positive towards the rig.
+pub trait Drive: Debug + Send + Sync {
+    /// The force, N.
+    fn force_n(&self, motion: Motion) -> f64;
+
+    /// A contact force that triggers the drive, and the delay until it acts.
+    fn trigger(&self) -> Option<Trigger> {
+        None
+    }
+}
+
+/// When a drive that reacts to the contact begins to act.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trigger {
+    /// The contact force that is noticed, N.
+    pub force_n: f64,
+    /// From there to the reaction, s.
+    pub delay_s: f64,
+}
+
+/// A stage of the measuring chain.
+pub trait Stage: Debug + Send + Sync {
+    /// Changes the signal (N), sampled at rising times (s).
+    fn apply(&self, times_s: &[f64], signal_n: &mut [f64]);
+}

@@ -1,0 +1,278 @@
+//! What one impact did: the force at the cell and the motion at any instant, and the truth about it.
+
+use super::integrate::Effort;
+use super::motion::{Instant, MOST_STATES, System};
+use super::trajectory::Trajectory;
+use super::{Approach, Assembly, Kind};
+
+/// A simulated impact. Time is in seconds after first contact (kind `fall`: after release).
+#[derive(Debug)]
+pub struct Impact {
+    system: System,
+    trajectory: Trajectory,
+    intervals: Vec<(f64, Option<f64>)>,
+    until_s: f64,
+    effort: Effort,
+}
+
+/// What can be read at any instant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Quantity {
+    /// Force at the cell, N, before the measuring chain.
+    CellForce,
+    /// Force between robot and rig, N.
+    ContactForce,
+    /// Stroke of the body springs, m.
+    Stroke,
+    /// Position of the robot's tip, or of the falling mass, m.
+    Position,
+    /// Its velocity, m/s.
+    Velocity,
+    /// Its acceleration, m/s².
+    Acceleration,
+    /// Friction of the guide on the piece, N.
+    Friction,
+}
+
+/// One touch of robot and rig, from contact to separation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// The instant of contact, s.
+    pub start_s: f64,
+    /// The instant of separation, s; `None`: still touching at the end.
+    pub end_s: Option<f64>,
+    /// Highest force at the cell, N.
+    pub peak_n: f64,
+    /// When, s.
+    pub peak_s: f64,
+    /// Time integral of the force at the cell, N·s.
+    pub impulse_ns: f64,
+    /// Largest stroke of the body springs, m.
+    pub stroke_m: f64,
+    /// Work of the robot's tip on the rig that it did not get back, J.
+    pub loss_j: f64,
+    /// Velocity of the tip at contact, m/s.
+    pub speed_before_m_per_s: f64,
+    /// Velocity of the tip at separation (or at the end), m/s; negative: it moves away.
+    pub speed_after_m_per_s: f64,
+}
+
+/// The truth about an impact: its contacts in order, as many as there were.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Truth {
+    /// Each touch.
+    pub contacts: Vec<Contact>,
+    /// Highest force at the cell of all, N.
+    pub peak_n: f64,
+    /// When, s.
+    pub peak_s: f64,
+}
+
+impl Impact {
+    pub(super) fn new(
+        system: System,
+        trajectory: Trajectory,
+        intervals: Vec<(f64, Option<f64>)>,
+        until_s: f64,
+        effort: Effort,
+    ) -> Self {
+        Self { system, trajectory, intervals, until_s, effort }
+    }
+
+    /// The end of the simulation, s.
+    #[must_use]
+    pub fn end_s(&self) -> f64 {
+        self.until_s
+    }
+
+    /// The approach as it really was, after mechanisms had changed it.
+    #[must_use]
+    pub fn approach(&self) -> &Approach {
+        &self.system.assembly.approach
+    }
+
+    /// The rig as it was put together.
+    #[must_use]
+    pub fn assembly(&self) -> &Assembly {
+        &self.system.assembly
+    }
+
+    /// What the solver had to do.
+    #[must_use]
+    pub fn effort(&self) -> Effort {
+        self.effort
+    }
+
+    /// Begin and end (`None`: still touching) of each contact, s.
+    #[must_use]
+    pub fn contact_intervals(&self) -> &[(f64, Option<f64>)] {
+        &self.intervals
+    }
+
+    /// Force at the cell, N. Zero before first contact; after the end, its last value.
+    #[must_use]
+    pub fn force_n(&self, time_s: f64) -> f64 {
+        self.value(Quantity::CellForce, time_s)
+    }
+
+    /// A quantity at an instant. Before first contact the robot comes at its speed; after the end, the last value.
+    #[must_use]
+    pub fn value(&self, quantity: Quantity, time_s: f64) -> f64 {
+        if time_s < 0.0 {
+            return self.before(quantity, time_s);
+        }
+        self.inside(quantity, self.trajectory.find(time_s), time_s)
+    }
+
+    /// A quantity at rising instants.
+    #[must_use]
+    pub fn sample(&self, quantity: Quantity, times_s: &[f64]) -> Vec<f64> {
+        let mut values = vec![0.0; times_s.len()];
+        self.sample_into(quantity, times_s, &mut values);
+        values
+    }
+
+    /// As [`Impact::sample`], into a buffer of the same length.
+    pub fn sample_into(&self, quantity: Quantity, times_s: &[f64], values: &mut [f64]) {
+        let stretches = self.trajectory.stretches();
+        let mut stretch = 0;
+        for (time_s, value) in times_s.iter().zip(values) {
+            if *time_s < 0.0 {
+                *value = self.before(quantity, *time_s);
+                continue;
+            }
+            if *time_s < stretches[stretch].start_s {
+                stretch = self.trajectory.find(*time_s);
+            }
+            while stretch + 1 < stretches.len() && stretches[stretch].end_s <= *time_s {
+                stretch += 1;
+            }
+            *value = match self.system.resting_n(&stretches[stretch].mode) {
+                Some(force_n) if quantity == Quantity::CellForce => force_n,
+                _ => self.inside(quantity, stretch, *time_s),
+            };
+        }
+    }
+
+    /// Force, N, as the measuring chain with its mechanisms delivers it, sampled at rising instants.
+    ///
+    /// A chain has a memory: the first instant should be before contact, and the chain is at rest there.
+    #[must_use]
+    pub fn measured_n(&self, times_s: &[f64]) -> Vec<f64> {
+        let mut signal = self.sample(Quantity::CellForce, times_s);
+        self.apply_chain(times_s, &mut signal);
+        signal
+    }
+
+    /// Sends a signal (N), sampled at rising instants (s), through the measuring chain's mechanisms.
+    pub fn apply_chain(&self, times_s: &[f64], signal_n: &mut [f64]) {
+        for stage in &self.system.assembly.chain {
+            stage.apply(times_s, signal_n);
+        }
+    }
+
+    /// Peaks, impulses and instants, from the dense output.
+    #[must_use]
+    pub fn truth(&self) -> Truth {
+        let contacts: Vec<Contact> = self.intervals.iter().map(|interval| self.contact(*interval)).collect();
+        let (peak_n, peak_s) = contacts.iter().fold((0.0, 0.0), |best, contact| {
+            if contact.peak_n > best.0 { (contact.peak_n, contact.peak_s) } else { best }
+        });
+        Truth { contacts, peak_n, peak_s }
+    }
+
+    fn contact(&self, (start_s, end_s): (f64, Option<f64>)) -> Contact {
+        let last_s = end_s.unwrap_or(self.until_s);
+        let mut contact = Contact {
+            start_s,
+            end_s,
+            peak_n: 0.0,
+            peak_s: start_s,
+            impulse_ns: 0.0,
+            stroke_m: 0.0,
+            loss_j: 0.0,
+            speed_before_m_per_s: self.value(Quantity::Velocity, start_s),
+            speed_after_m_per_s: self.value(Quantity::Velocity, last_s),
+        };
+        let first = self.trajectory.find(start_s);
+        for (number, stretch) in self.trajectory.stretches().iter().enumerate().skip(first) {
+            if stretch.start_s >= last_s {
+                break;
+            }
+            let (from_s, to_s) = (stretch.start_s, stretch.end_s.min(last_s));
+            let half_s = (to_s - from_s) / 2.0;
+            for (place, weight) in GAUSS_LEGENDRE_8.into_iter().flat_map(|(x, w)| [(-x, w), (x, w)]) {
+                let instant = self.instant(number, from_s + half_s * (1.0 + place));
+                contact.impulse_ns += weight * half_s * self.system.cell_n(&instant);
+                contact.loss_j += weight * half_s * instant.contact_n * instant.tip_m_per_s;
+            }
+            for quantity in [Quantity::CellForce, Quantity::Stroke] {
+                let (time_s, value) = self.highest(quantity, number, from_s, to_s);
+                if quantity == Quantity::Stroke {
+                    contact.stroke_m = contact.stroke_m.max(value);
+                } else if value > contact.peak_n {
+                    (contact.peak_s, contact.peak_n) = (time_s, value);
+                }
+            }
+        }
+        contact
+    }
+
+    /// The highest value within a stretch: the best of sixteen parts, narrowed by golden section.
+    fn highest(&self, quantity: Quantity, stretch: usize, from_s: f64, to_s: f64) -> (f64, f64) {
+        const PARTS: usize = 16;
+        let at = |part: usize| from_s + (to_s - from_s) * part as f64 / PARTS as f64;
+        let value = |time_s: f64| self.inside(quantity, stretch, time_s);
+        let best = (0..=PARTS).max_by(|a, b| value(at(*a)).total_cmp(&value(at(*b)))).unwrap_or(0);
+        let (mut low, mut high) = (at(best.saturating_sub(1)), at((best + 1).min(PARTS)));
+        let golden = (5.0_f64.sqrt() - 1.0) / 2.0;
+        for _ in 0..40 {
+            let (left, right) = (high - golden * (high - low), low + golden * (high - low));
+            if value(left) < value(right) { low = left } else { high = right }
+        }
+        let middle = (low + high) / 2.0;
+        let candidates = [middle, at(best)];
+        let time_s = if value(candidates[1]) > value(candidates[0]) { candidates[1] } else { candidates[0] };
+        (time_s, value(time_s))
+    }
+
+    fn before(&self, quantity: Quantity, time_s: f64) -> f64 {
+        let speed = self.system.assembly.approach.speed_m_per_s;
+        let gravity = self.system.assembly.gravity_m_per_s2;
+        match (self.system.assembly.kind, quantity) {
+            (Kind::Fall, _) => 0.0,
+            (_, Quantity::Position) => speed * time_s + 0.5 * gravity * time_s * time_s,
+            (_, Quantity::Velocity) => speed + gravity * time_s,
+            (_, Quantity::Acceleration) => gravity,
+            _ => 0.0,
+        }
+    }
+
+    fn instant(&self, stretch: usize, time_s: f64) -> Instant {
+        let mut state = [0.0; MOST_STATES];
+        let time_s = time_s.min(self.until_s);
+        self.trajectory.state(stretch, time_s, &mut state);
+        self.system.instant(time_s, &state, &self.trajectory.stretches()[stretch].mode)
+    }
+
+    fn inside(&self, quantity: Quantity, stretch: usize, time_s: f64) -> f64 {
+        let instant = self.instant(stretch, time_s);
+        match quantity {
+            Quantity::CellForce => self.system.cell_n(&instant),
+            Quantity::ContactForce => instant.contact_n,
+            Quantity::Stroke => instant.piece_m,
+            Quantity::Position => instant.tip_m,
+            Quantity::Velocity => instant.tip_m_per_s,
+            Quantity::Acceleration => instant.tip_m_per_s2,
+            Quantity::Friction => instant.friction_n,
+        }
+    }
+}
+
+/// Positive nodes and their weights of the 8-point Gauss–Legendre rule on [−1, 1] (Abramowitz and Stegun, 25.4.30).
+const GAUSS_LEGENDRE_8: [(f64, f64); 4] = [
+    (0.183_434_642_495_649_8, 0.362_683_783_378_362),
+    (0.525_532_409_916_329, 0.313_706_645_877_887_3),
+    (0.796_666_477_413_626_7, 0.222_381_034_453_374_47),
+    (0.960_289_856_497_536_2, 0.101_228_536_290_376_26),
+];

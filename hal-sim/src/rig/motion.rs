@@ -1,0 +1,703 @@
+//! The equations of motion, in the form that holds between two events.
+//!
+//! The piece is what makes forms: without a pad and without a mass it is [`Carried`](PieceForm::Carried) by the robot;
+//! massless behind a pad it is where the forces balance ([`Balanced`](PieceForm::Balanced), an algebraic equation
+//! whose friction is a play operator), or, where a force depends on its rate, it creeps towards that place
+//! ([`Creeping`](PieceForm::Creeping), a stiff equation of first order); with a mass it is a body of its own
+//! ([`Massive`](PieceForm::Massive)). In each form the guide lets it go freely, holds it, or rubs against its motion.
+
+use super::assembly::{Assembly, Deformation, Element, Motion, Response};
+use super::{Kind, RigError};
+
+/// The most states that the solver is built for.
+pub(super) const MOST_STATES: usize = 12;
+/// The most events that are watched at once: contact, two of friction, knots and triggers.
+pub(super) const MOST_EVENTS: usize = 16;
+/// The number of the event that robot and rig touch or part.
+pub(super) const CONTACT_EVENT: usize = 0;
+/// The most drives that may have a trigger.
+const MOST_TRIGGERS: usize = 4;
+
+/// Least damping of a massless piece in a force that depends on its rate, N·s/m. It acts on the difference to the
+/// velocity that springs without loss would give, so that it loses nothing itself; it only decides how fast the
+/// balance is found where the pad's own damping vanishes: within 1 ns on the softest rig.
+const PIECE_DRAG_NS_PER_M: f64 = 1e-5;
+
+/// What the piece is in the equations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum PieceForm {
+    Carried,
+    Balanced,
+    Creeping,
+    Massive,
+}
+
+/// What the guide does to the piece.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Guiding {
+    Free,
+    Sticking,
+    /// Sliding in the direction of the sign.
+    Sliding(f64),
+}
+
+/// The form of the equations between two events.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Mode {
+    pub(super) touching: bool,
+    pub(super) guiding: Guiding,
+    /// Where the piece is held, while it is.
+    pub(super) held_m: f64,
+    /// A bit for each law (contact, then spring): its depth is beyond its knot.
+    beyond: u32,
+    /// When each triggered drive acts; infinity before the trigger.
+    acts_from_s: [f64; MOST_TRIGGERS],
+    /// A bit for each triggered drive: it acts.
+    acting: u8,
+}
+
+/// Everything there is to know at one instant.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Instant {
+    pub(super) tip_m: f64,
+    pub(super) tip_m_per_s: f64,
+    pub(super) tip_m_per_s2: f64,
+    pub(super) piece_m: f64,
+    pub(super) piece_m_per_s: f64,
+    pub(super) contact_n: f64,
+    pub(super) spring_n: f64,
+    pub(super) friction_n: f64,
+}
+
+/// Where the states of the motion are.
+#[derive(Clone, Copy, Debug)]
+struct Layout {
+    link: Option<usize>,
+    piece: Option<usize>,
+    contact: usize,
+    spring: usize,
+    len: usize,
+}
+
+/// What an event is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Event {
+    Contact,
+    Release,
+    Knot { law: usize },
+    Trigger { drive: usize },
+}
+
+/// The assembled rig with the places of its states.
+#[derive(Debug)]
+pub(super) struct System {
+    pub(super) assembly: Assembly,
+    pub(super) form: PieceForm,
+    layout: Layout,
+    tip_kg: f64,
+    link_kg: f64,
+    contact_laws: usize,
+    /// Drives that have a trigger, by number of the drive.
+    triggered: Vec<usize>,
+}
+
+impl System {
+    pub(super) fn new(assembly: Assembly) -> Result<Self, RigError> {
+        let depends_on_rate =
+            |element: &Element| element.damping_ns_per_m > 0.0 || element.laws.iter().any(|law| law.depends_on_rate());
+        let form = match (&assembly.pad, assembly.piece) {
+            (_, Some(_)) => PieceForm::Massive,
+            (None, None) => PieceForm::Carried,
+            (Some(pad), None) if depends_on_rate(pad) || depends_on_rate(&assembly.spring) => PieceForm::Creeping,
+            (Some(_), None) => PieceForm::Balanced,
+        };
+        let states = |element: &Element| element.laws.iter().map(|law| law.states()).sum::<usize>();
+        let mut len = 2;
+        let mut place = |count: usize| {
+            len += count;
+            len - count
+        };
+        let link = assembly.joint.map(|_| place(2));
+        let piece = match form {
+            PieceForm::Massive => Some(place(2)),
+            PieceForm::Creeping => Some(place(1)),
+            PieceForm::Carried | PieceForm::Balanced => None,
+        };
+        let contact = place(assembly.pad.as_ref().map_or(0, states));
+        let spring = place(states(&assembly.spring));
+        if len > MOST_STATES {
+            return Err(RigError::TooManyStates { states: len, most: MOST_STATES });
+        }
+        let link_kg = assembly.joint.map_or(0.0, |joint| joint.link_fraction * assembly.approach.effective_mass_kg);
+        let triggered: Vec<usize> =
+            (0..assembly.drives.len()).filter(|drive| assembly.drives[*drive].trigger().is_some()).collect();
+        let contact_laws = assembly.pad.as_ref().map_or(0, |pad| pad.laws.len());
+        let watched = 3 + contact_laws + assembly.spring.laws.len() + triggered.len();
+        if watched > MOST_EVENTS || triggered.len() > MOST_TRIGGERS {
+            return Err(RigError::TooManyStates { states: watched, most: MOST_EVENTS });
+        }
+        Ok(Self {
+            form,
+            layout: Layout { link, piece, contact, spring, len },
+            tip_kg: assembly.approach.effective_mass_kg - link_kg,
+            link_kg,
+            contact_laws,
+            triggered,
+            assembly,
+        })
+    }
+
+    /// How many states the motion has.
+    pub(super) fn states(&self) -> usize {
+        self.layout.len
+    }
+
+    /// The states at first contact (or release).
+    pub(super) fn start(&self) -> ([f64; MOST_STATES], Mode) {
+        let speed = self.assembly.approach.speed_m_per_s;
+        let mut state = [0.0; MOST_STATES];
+        state[1] = speed;
+        if let Some(link) = self.layout.link {
+            state[link + 1] = speed;
+        }
+        let touching = self.assembly.kind != Kind::Fall && speed >= 0.0;
+        let mode = Mode {
+            touching,
+            guiding: self.guiding_at_touch(Guiding::Sticking),
+            held_m: 0.0,
+            beyond: 0,
+            acts_from_s: [f64::INFINITY; MOST_TRIGGERS],
+            acting: 0,
+        };
+        (state, mode)
+    }
+
+    /// The contact force at which the last moment of a creeping piece's contact begins, N: as at the
+    /// [onset](System::onset), only a ramp is left.
+    fn closing_n(&self, instant: &Instant, mode: &Mode) -> f64 {
+        if self.form != PieceForm::Creeping || mode.guiding == Guiding::Sticking {
+            return 0.0;
+        }
+        let rate = self.assembly.spring.stiffness_n_per_m * -instant.piece_m_per_s;
+        rate.max(0.0) * 1e-3 / self.pulsation_per_s()
+    }
+
+    /// The last moment of a creeping piece's contact: its length and the states after it. The contact force falls with the
+    /// springs' (friction is constant), so it is a ramp with the piece's speed.
+    pub(super) fn closing(&self, time_s: f64, state: &[f64], mode: &Mode) -> Option<(f64, [f64; MOST_STATES])> {
+        let instant = self.instant(time_s, state, mode);
+        if !mode.touching || self.closing_n(&instant, mode) <= 0.0 || instant.contact_n <= 0.0 {
+            return None;
+        }
+        let moment_s = instant.contact_n / (self.assembly.spring.stiffness_n_per_m * -instant.piece_m_per_s);
+        let mut rates = [0.0; MOST_STATES];
+        self.rates(time_s, state, mode, &mut rates);
+        let mut after = [0.0; MOST_STATES];
+        for ((after, before), rate) in after.iter_mut().zip(state).zip(rates) {
+            *after = before + rate * moment_s;
+        }
+        Some((moment_s, after))
+    }
+
+    /// The angular frequency of the ideal pulse, 1/s.
+    pub(super) fn pulsation_per_s(&self) -> f64 {
+        let springs = self.assembly.spring.stiffness_n_per_m;
+        let series =
+            self.assembly.pad.as_ref().map_or(springs, |pad| 1.0 / (1.0 / springs + 1.0 / pad.stiffness_n_per_m));
+        (series / self.assembly.approach.effective_mass_kg).sqrt()
+    }
+
+    /// The first moment of a contact that a creeping piece begins freely: its length and the states after it.
+    ///
+    /// There the damping is next to nothing, so that the piece's equation is infinitely stiff only to become
+    /// milder at once, and a solver that estimates its error with the first moment's stiffness overlooks it. But while
+    /// the robot's speed v is constant the balance is a ramp, x_p = u·t with P((v − u)t, v − u) = S(u·t, u). The moment is a
+    /// thousandth of a radian of the pulse, over which v changes by less than 10⁻⁶ of itself.
+    pub(super) fn onset(&self, time_s: f64, state: &[f64], mode: &Mode) -> Option<(f64, [f64; MOST_STATES])> {
+        let (PieceForm::Creeping, Some(pad), Some(piece)) = (self.form, &self.assembly.pad, self.layout.piece) else {
+            return None;
+        };
+        if !mode.touching || mode.guiding != Guiding::Free {
+            return None;
+        }
+        let springs = self.assembly.spring.stiffness_n_per_m;
+        let moment_s = 1e-3 / self.pulsation_per_s();
+        let speed = state[1];
+        let mut velocity = speed * pad.stiffness_n_per_m / (pad.stiffness_n_per_m + springs);
+        for _ in 0..40 {
+            let closing = speed - velocity;
+            let press = self.pad(closing * moment_s, closing, state, mode);
+            let spring = self.spring(velocity * moment_s, velocity, state, mode);
+            let slope = (press.stiffness_n_per_m + spring.stiffness_n_per_m) * moment_s
+                + press.damping_ns_per_m
+                + spring.damping_ns_per_m;
+            let step = (press.force_n - spring.force_n) / slope;
+            velocity += step;
+            if step.abs() <= 1e-14 {
+                break;
+            }
+        }
+        let mut rates = [0.0; MOST_STATES];
+        self.rates(time_s, state, mode, &mut rates);
+        rates[piece] = velocity;
+        let mut after = [0.0; MOST_STATES];
+        for ((after, before), rate) in after.iter_mut().zip(state).zip(rates) {
+            *after = before + rate * moment_s;
+        }
+        Some((moment_s, after))
+    }
+
+    /// Absolute tolerances of the states for a tolerance of the force at the cell.
+    pub(super) fn tolerances(&self, force_n: f64) -> [f64; MOST_STATES] {
+        let stiffness = self.assembly.spring.stiffness_n_per_m;
+        let length = force_n / stiffness;
+        let pulsation = (stiffness / self.assembly.approach.effective_mass_kg).sqrt();
+        let mut tolerances = [length; MOST_STATES];
+        tolerances[1] = length * pulsation;
+        if let Some(link) = self.layout.link {
+            tolerances[link + 1] = length * pulsation;
+        }
+        if let (Some(place), Some(piece)) = (self.layout.piece, self.assembly.piece) {
+            tolerances[place + 1] = length * (stiffness / piece.mass_kg).sqrt();
+        }
+        tolerances
+    }
+
+    /// When the form changes by itself: the next triggered drive begins to act.
+    pub(super) fn next_switch_s(&self, mode: &Mode) -> f64 {
+        (0..self.triggered.len())
+            .filter(|place| mode.acting & (1 << place) == 0)
+            .map(|place| mode.acts_from_s[place])
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// The form after that instant.
+    pub(super) fn switch(&self, mode: &mut Mode, time_s: f64) {
+        for place in 0..self.triggered.len() {
+            if mode.acts_from_s[place] <= time_s {
+                mode.acting |= 1 << place;
+            }
+        }
+    }
+
+    /// Forces, velocities and the rates of all states.
+    pub(super) fn rates(&self, time_s: f64, state: &[f64], mode: &Mode, rates: &mut [f64]) {
+        rates.fill(0.0);
+        let instant = self.instant(time_s, state, mode);
+        rates[0] = instant.tip_m_per_s;
+        rates[1] = instant.tip_m_per_s2;
+        if let (Some(link), Some(joint)) = (self.layout.link, self.assembly.joint) {
+            let back = joint.stiffness_n_per_m * (state[link] - state[0])
+                + joint.damping_ns_per_m * (state[link + 1] - state[1]);
+            rates[link] = state[link + 1];
+            rates[link + 1] = self.assembly.gravity_m_per_s2
+                + (self.drive_n(time_s, state[link], state[link + 1], mode) - back) / self.link_kg;
+        }
+        if let Some(piece) = self.layout.piece {
+            rates[piece] = instant.piece_m_per_s;
+            if let (PieceForm::Massive, Some(body)) = (self.form, self.assembly.piece)
+                && mode.guiding != Guiding::Sticking
+            {
+                rates[piece + 1] = (instant.contact_n - instant.spring_n - instant.friction_n) / body.mass_kg;
+            }
+        }
+        if self.layout.spring > self.layout.contact {
+            let pad = self.assembly.pad.as_ref().expect("laws with states are on a pad");
+            let (depth, rate) = if mode.touching {
+                (instant.tip_m - instant.piece_m, instant.tip_m_per_s - instant.piece_m_per_s)
+            } else {
+                (self.free_depth_m(state, mode), 0.0)
+            };
+            law_rates(pad, depth, rate, mode.beyond, &state[self.layout.contact..], &mut rates[self.layout.contact..]);
+        }
+        if self.layout.len > self.layout.spring {
+            law_rates(
+                &self.assembly.spring,
+                instant.piece_m,
+                instant.piece_m_per_s,
+                mode.beyond >> self.contact_laws,
+                &state[self.layout.spring..],
+                &mut rates[self.layout.spring..],
+            );
+        }
+    }
+
+    /// The forces and velocities at an instant.
+    pub(super) fn instant(&self, time_s: f64, state: &[f64], mode: &Mode) -> Instant {
+        let (tip_m, tip_m_per_s) = (state[0], state[1]);
+        let mut driven_n = self.tip_kg * self.assembly.gravity_m_per_s2;
+        driven_n += match (self.layout.link, self.assembly.joint) {
+            (Some(link), Some(joint)) => {
+                joint.stiffness_n_per_m * (state[link] - tip_m)
+                    + joint.damping_ns_per_m * (state[link + 1] - tip_m_per_s)
+            }
+            _ => self.drive_n(time_s, tip_m, tip_m_per_s, mode),
+        };
+        let mut instant = Instant { tip_m, tip_m_per_s, ..Instant::default() };
+        match self.form {
+            PieceForm::Massive => self.massive(state, mode, &mut instant),
+            _ if !mode.touching => {
+                instant.piece_m = mode.held_m;
+                instant.spring_n = self.spring(mode.held_m, 0.0, state, mode).force_n;
+                instant.friction_n = if self.assembly.guide.rubs() { -instant.spring_n } else { 0.0 };
+            }
+            PieceForm::Carried => self.carried(driven_n, state, mode, &mut instant),
+            PieceForm::Balanced => self.balanced(state, mode, &mut instant),
+            PieceForm::Creeping => self.creeping(state, mode, &mut instant),
+        }
+        let held = self.form == PieceForm::Carried && mode.touching && mode.guiding == Guiding::Sticking;
+        instant.tip_m_per_s2 = if held { 0.0 } else { (driven_n - instant.contact_n) / self.tip_kg };
+        instant
+    }
+
+    /// m·ẍ = D − P, P = S + friction: robot and piece are one.
+    fn carried(&self, driven_n: f64, state: &[f64], mode: &Mode, instant: &mut Instant) {
+        instant.piece_m = instant.tip_m;
+        instant.piece_m_per_s = instant.tip_m_per_s;
+        instant.spring_n = self.spring(instant.piece_m, instant.piece_m_per_s, state, mode).force_n;
+        let guide = &self.assembly.guide;
+        instant.contact_n = match mode.guiding {
+            Guiding::Free => instant.spring_n,
+            Guiding::Sliding(sign) => {
+                (instant.spring_n + sign * guide.coulomb_n) / (1.0 - sign * guide.load_coefficient)
+            }
+            Guiding::Sticking => driven_n,
+        };
+        instant.friction_n = instant.contact_n - instant.spring_n;
+    }
+
+    /// (1 − σμ)·P(x − x_p) = S(x_p) + σ·F_c, solved for x_p; its derivative by time gives the velocity.
+    fn balanced(&self, state: &[f64], mode: &Mode, instant: &mut Instant) {
+        let (sign, level) = match mode.guiding {
+            Guiding::Sticking => {
+                instant.piece_m = mode.held_m;
+                instant.contact_n = self.pad(instant.tip_m - mode.held_m, 0.0, state, mode).force_n;
+                instant.spring_n = self.spring(mode.held_m, 0.0, state, mode).force_n;
+                instant.friction_n = instant.contact_n - instant.spring_n;
+                return;
+            }
+            Guiding::Free => (0.0, 0.0),
+            Guiding::Sliding(sign) => (sign, sign * self.assembly.guide.coulomb_n),
+        };
+        let part = 1.0 - sign * self.assembly.guide.load_coefficient;
+        let softness = self.assembly.pad.as_ref().map_or(0.0, |pad| pad.stiffness_n_per_m);
+        let mut piece_m =
+            (part * softness * instant.tip_m - level) / (part * softness + self.assembly.spring.stiffness_n_per_m);
+        let (mut pad, mut spring);
+        let mut tries = 0;
+        loop {
+            pad = self.pad(instant.tip_m - piece_m, 0.0, state, mode);
+            spring = self.spring(piece_m, 0.0, state, mode);
+            let excess_n = part * pad.force_n - spring.force_n - level;
+            let step = excess_n / (part * pad.stiffness_n_per_m + spring.stiffness_n_per_m);
+            tries += 1;
+            if step.abs() <= 1e-15 + 1e-13 * piece_m.abs() || tries > 40 {
+                break;
+            }
+            piece_m += step;
+        }
+        instant.piece_m = piece_m;
+        instant.piece_m_per_s = (part * (pad.stiffness_n_per_m * instant.tip_m_per_s + pad.drift_n_per_s)
+            - spring.drift_n_per_s)
+            / (part * pad.stiffness_n_per_m + spring.stiffness_n_per_m);
+        instant.contact_n = pad.force_n;
+        instant.spring_n = spring.force_n;
+        instant.friction_n = pad.force_n - spring.force_n;
+    }
+
+    /// (1 − σμ)·P(δ, v − v_p) = S(x_p, v_p) + σ·F_c + c·(v_p − v_e), solved for v_p; v_e is the velocity that springs
+    /// without loss would give. c is next to nothing, except beyond the end of a contact, where a trial
+    /// step may look: there it keeps the damping positive, and with it the equation tame.
+    fn creeping(&self, state: &[f64], mode: &Mode, instant: &mut Instant) {
+        let piece_m = state[self.layout.piece.expect("a creeping piece has a place")];
+        let depth_m = instant.tip_m - piece_m;
+        let (sign, level) = match mode.guiding {
+            Guiding::Sticking | Guiding::Free => (0.0, 0.0),
+            Guiding::Sliding(sign) => (sign, sign * self.assembly.guide.coulomb_n),
+        };
+        let part = 1.0 - sign * self.assembly.guide.load_coefficient;
+        let sticking = mode.guiding == Guiding::Sticking;
+        let softness = self.assembly.pad.as_ref().map_or(0.0, |pad| pad.stiffness_n_per_m);
+        let likely = instant.tip_m_per_s * softness / (softness + self.assembly.spring.stiffness_n_per_m);
+        let mut velocity = if sticking { 0.0 } else { likely };
+        let mut drag = None;
+        let (mut pad, mut spring);
+        let mut tries = 0;
+        loop {
+            pad = self.pad(depth_m, instant.tip_m_per_s - velocity, state, mode);
+            spring = self.spring(piece_m, velocity, state, mode);
+            tries += 1;
+            if sticking || tries > 40 {
+                break;
+            }
+            let damping = part * pad.damping_ns_per_m + spring.damping_ns_per_m;
+            let drag = *drag.get_or_insert_with(|| damping.hypot(PIECE_DRAG_NS_PER_M) - damping);
+            let excess_n = part * pad.force_n - spring.force_n - level - drag * (velocity - likely);
+            let step = excess_n / (damping + drag);
+            if step.abs() <= 1e-12 + 1e-10 * velocity.abs() {
+                break;
+            }
+            velocity += step;
+        }
+        instant.piece_m = piece_m;
+        instant.piece_m_per_s = velocity;
+        instant.contact_n = pad.force_n;
+        instant.spring_n = spring.force_n;
+        instant.friction_n = pad.force_n - spring.force_n;
+    }
+
+    /// m_p·ẍ_p = P − S − friction.
+    fn massive(&self, state: &[f64], mode: &Mode, instant: &mut Instant) {
+        let place = self.layout.piece.expect("a massive piece has a place");
+        instant.piece_m = state[place];
+        instant.piece_m_per_s = if mode.guiding == Guiding::Sticking { 0.0 } else { state[place + 1] };
+        if mode.touching {
+            let depth_m = instant.tip_m - instant.piece_m;
+            instant.contact_n = self.pad(depth_m, instant.tip_m_per_s - instant.piece_m_per_s, state, mode).force_n;
+        }
+        instant.spring_n = self.spring(instant.piece_m, instant.piece_m_per_s, state, mode).force_n;
+        instant.friction_n = match mode.guiding {
+            Guiding::Free => 0.0,
+            Guiding::Sliding(sign) => sign * self.assembly.guide.sliding_n(instant.contact_n),
+            Guiding::Sticking => instant.contact_n - instant.spring_n,
+        };
+    }
+
+    /// What the cell bears.
+    pub(super) fn cell_n(&self, instant: &Instant) -> f64 {
+        instant.spring_n + self.assembly.guide.cell_share * instant.friction_n
+    }
+
+    /// What the cell bears as long as nothing moves on the rig; `None` where it has to be computed.
+    pub(super) fn resting_n(&self, mode: &Mode) -> Option<f64> {
+        let rests = !mode.touching && self.form != PieceForm::Massive && mode.held_m == 0.0;
+        (rests && self.layout.spring == self.layout.len).then_some(0.0)
+    }
+
+    /// For each event that this form can end with, a number that is positive until it happens.
+    pub(super) fn margins(&self, time_s: f64, state: &[f64], mode: &Mode, margins: &mut [f64; MOST_EVENTS]) -> usize {
+        let instant = self.instant(time_s, state, mode);
+        margins.fill(1.0);
+        if mode.touching {
+            margins[0] = instant.contact_n - self.closing_n(&instant, mode);
+        } else if self.assembly.kind != Kind::Fall {
+            margins[0] = self.gap_m(&instant, state, mode);
+        }
+        if mode.touching || self.form == PieceForm::Massive {
+            match mode.guiding {
+                Guiding::Free => {}
+                Guiding::Sliding(sign) => margins[1] = sign * instant.piece_m_per_s,
+                Guiding::Sticking => {
+                    let holding_n = self.assembly.guide.holding_n(instant.contact_n);
+                    margins[1] = holding_n - instant.friction_n;
+                    margins[2] = holding_n + instant.friction_n;
+                }
+            }
+        }
+        let mut count = 3;
+        let mut watch = |law: Option<f64>, depth_m: f64, watched: bool| {
+            if let (Some(knot_m), true) = (law, watched) {
+                let beyond = mode.beyond & (1 << (count - 3)) != 0;
+                margins[count] = if beyond { depth_m - knot_m } else { knot_m - depth_m };
+            }
+            count += 1;
+        };
+        if let Some(pad) = &self.assembly.pad {
+            for law in &pad.laws {
+                watch(law.knot_m(), instant.tip_m - instant.piece_m, mode.touching);
+            }
+        }
+        for law in &self.assembly.spring.laws {
+            watch(law.knot_m(), instant.piece_m, true);
+        }
+        for (place, drive) in self.triggered.iter().enumerate() {
+            if let (Some(trigger), true) =
+                (self.assembly.drives[*drive].trigger(), mode.acts_from_s[place].is_infinite())
+            {
+                margins[count] = trigger.force_n - instant.contact_n;
+            }
+            count += 1;
+        }
+        count
+    }
+
+    /// The form (and the states) after the event with this number.
+    pub(super) fn pass(&self, number: usize, time_s: f64, state: &mut [f64], mode: &mut Mode) {
+        match self.event(number) {
+            Event::Contact if mode.touching => self.part(time_s, state, mode),
+            Event::Contact => {
+                mode.touching = true;
+                mode.guiding = self.guiding_at_touch(mode.guiding);
+            }
+            Event::Release => self.change_guiding(time_s, state, mode),
+            Event::Knot { law } => mode.beyond ^= 1 << law,
+            Event::Trigger { drive } => {
+                let delay_s = self.assembly.drives[self.triggered[drive]].trigger().map_or(0.0, |t| t.delay_s);
+                mode.acts_from_s[drive] = time_s + delay_s;
+                self.switch(mode, time_s);
+            }
+        }
+    }
+
+    fn event(&self, number: usize) -> Event {
+        let laws = self.contact_laws + self.assembly.spring.laws.len();
+        match number {
+            CONTACT_EVENT => Event::Contact,
+            1 | 2 => Event::Release,
+            _ if number < 3 + laws => Event::Knot { law: number - 3 },
+            _ => Event::Trigger { drive: number - 3 - laws },
+        }
+    }
+
+    fn guiding_at_touch(&self, before: Guiding) -> Guiding {
+        match self.form {
+            _ if !self.assembly.guide.rubs() => Guiding::Free,
+            PieceForm::Carried => Guiding::Sliding(1.0),
+            PieceForm::Massive => before,
+            PieceForm::Balanced | PieceForm::Creeping => Guiding::Sticking,
+        }
+    }
+
+    /// The robot leaves; a massless piece stays where friction holds it, or is at rest at once.
+    fn part(&self, time_s: f64, state: &mut [f64], mode: &mut Mode) {
+        let instant = self.instant(time_s, state, mode);
+        mode.touching = false;
+        if self.form == PieceForm::Massive {
+            return;
+        }
+        mode.held_m = if self.assembly.guide.rubs() { instant.piece_m } else { 0.0 };
+        if let Some(piece) = self.layout.piece {
+            state[piece] = mode.held_m;
+        }
+        // What lay beyond a knot of the springs does so no longer, where the piece has jumped back.
+        for (law, spring_law) in self.assembly.spring.laws.iter().enumerate() {
+            if spring_law.knot_m().is_some_and(|knot_m| mode.held_m < knot_m) {
+                mode.beyond &= !(1 << (self.contact_laws + law));
+            }
+        }
+    }
+
+    /// Sticking breaks loose, or sliding comes to rest: there it sticks, or slides back.
+    fn change_guiding(&self, time_s: f64, state: &mut [f64], mode: &mut Mode) {
+        let instant = self.instant(time_s, state, mode);
+        match mode.guiding {
+            Guiding::Free => {}
+            Guiding::Sticking => {
+                mode.guiding = Guiding::Sliding(instant.friction_n.signum());
+            }
+            Guiding::Sliding(sign) => {
+                let mut sticking = Mode { guiding: Guiding::Sticking, held_m: instant.piece_m, ..*mode };
+                if self.form == PieceForm::Carried {
+                    state[1] = 0.0;
+                } else if let (PieceForm::Massive, Some(piece)) = (self.form, self.layout.piece) {
+                    state[piece + 1] = 0.0;
+                }
+                let at_rest = self.instant(time_s, state, &sticking);
+                // A massless piece comes to rest on the edge of what can be held, so rounding must not decide.
+                let holding_n = self.assembly.guide.holding_n(at_rest.contact_n) * (1.0 + 1e-9) + 1e-9;
+                if at_rest.friction_n.abs() > holding_n {
+                    sticking.guiding = Guiding::Sliding(-sign);
+                }
+                *mode = sticking;
+            }
+        }
+    }
+
+    fn drive_n(&self, time_s: f64, position_m: f64, velocity_m_per_s: f64, mode: &Mode) -> f64 {
+        let mut force_n = 0.0;
+        for (number, drive) in self.assembly.drives.iter().enumerate() {
+            let since_trigger_s = self
+                .triggered
+                .iter()
+                .position(|triggered| *triggered == number)
+                .filter(|place| mode.acting & (1 << place) != 0)
+                .map(|place| time_s - mode.acts_from_s[place]);
+            force_n += drive.force_n(Motion { time_s, position_m, velocity_m_per_s, since_trigger_s });
+        }
+        force_n
+    }
+
+    fn pad(&self, depth_m: f64, rate_m_per_s: f64, state: &[f64], mode: &Mode) -> Response {
+        self.assembly
+            .pad
+            .as_ref()
+            .map(|pad| respond(pad, depth_m, rate_m_per_s, mode.beyond, &state[self.layout.contact..]))
+            .unwrap_or_default()
+    }
+
+    fn spring(&self, depth_m: f64, rate_m_per_s: f64, state: &[f64], mode: &Mode) -> Response {
+        let beyond = mode.beyond >> self.contact_laws;
+        respond(&self.assembly.spring, depth_m, rate_m_per_s, beyond, &state[self.layout.spring..])
+    }
+
+    /// Positive while robot and rig do not touch. A pad with damping lets go before it has recovered; until then
+    /// the robot may be where the pad was, and touches again only if it comes fast enough to press.
+    fn gap_m(&self, instant: &Instant, state: &[f64], mode: &Mode) -> f64 {
+        let depth_m = instant.tip_m - instant.piece_m;
+        let gap_m = self.free_depth_m(state, mode) - depth_m;
+        if gap_m > 0.0 {
+            return gap_m;
+        }
+        let rate_m_per_s = instant.tip_m_per_s - instant.piece_m_per_s;
+        let would_press = match self.form {
+            PieceForm::Carried => self.spring(instant.tip_m, instant.tip_m_per_s, state, mode),
+            _ => self.pad(depth_m, rate_m_per_s, state, mode),
+        };
+        gap_m.max(-would_press.force_n / would_press.stiffness_n_per_m.abs().max(1.0))
+    }
+
+    /// How deep the pad stays when nothing presses on it: it has not recovered while its states have not.
+    fn free_depth_m(&self, state: &[f64], mode: &Mode) -> f64 {
+        if self.layout.spring == self.layout.contact {
+            return 0.0;
+        }
+        let mut depth_m = 0.0;
+        for _ in 0..40 {
+            let pad = self.pad(depth_m, 0.0, state, mode);
+            let step = pad.force_n / pad.stiffness_n_per_m;
+            depth_m -= step;
+            if step.abs() <= 1e-15 {
+                break;
+            }
+        }
+        depth_m
+    }
+}
+
+/// The element's force: linear, then laws that do not depend on the rate, then those that do.
+fn respond(element: &Element, depth_m: f64, rate_m_per_s: f64, beyond: u32, states: &[f64]) -> Response {
+    let mut elastic = Response {
+        force_n: element.stiffness_n_per_m * depth_m,
+        stiffness_n_per_m: element.stiffness_n_per_m,
+        ..Response::default()
+    };
+    let mut total = Response {
+        force_n: element.damping_ns_per_m * rate_m_per_s,
+        damping_ns_per_m: element.damping_ns_per_m,
+        ..Response::default()
+    };
+    for with_rate in [false, true] {
+        let mut first = 0;
+        for (number, law) in element.laws.iter().enumerate() {
+            let states = &states[first..first + law.states()];
+            first += states.len();
+            if law.depends_on_rate() == with_rate {
+                let deformation = Deformation { depth_m, rate_m_per_s, beyond_knot: beyond & (1 << number) != 0 };
+                let added = law.respond(deformation, elastic, states);
+                if with_rate { total += added } else { elastic += added }
+            }
+        }
+    }
+    total += elastic;
+    total
+}
+
+fn law_rates(element: &Element, depth_m: f64, rate_m_per_s: f64, beyond: u32, states: &[f64], rates: &mut [f64]) {
+    let mut first = 0;
+    for (number, law) in element.laws.iter().enumerate() {
+        let end = first + law.states();
+        let deformation = Deformation { depth_m, rate_m_per_s, beyond_knot: beyond & (1 << number) != 0 };
+        law.state_rates(deformation, &states[first..end], &mut rates[first..end]);
+        first = end;
+    }
+}

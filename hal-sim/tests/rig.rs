@@ -1,0 +1,434 @@
+//! The rig against closed forms.
+
+use std::f64::consts::PI;
+
+use thud_sim::mechanism::Effect;
+use thud_sim::rig::{Accuracy, Approach, Impact, Quantity, Rig};
+
+fn strike(rig: &Rig, speed: f64, mass: f64, effects: &[&str], until_s: f64) -> Impact {
+    let effects: Vec<Effect> = effects.iter().map(|text| text.parse().unwrap()).collect();
+    rig.strike(&Approach::new(speed, mass), &effects, until_s, Accuracy::default())
+        .unwrap_or_else(|error| panic!("{effects:?}: {error}"))
+}
+
+fn assert_near(what: &str, value: f64, expected: f64, tolerance: f64) {
+    assert!((value - expected).abs() <= tolerance, "{what}: {value}, expected {expected} ± {tolerance}");
+}
+
+/// Peak v·√(k·m), duration π√(m/k), impulse 2mv, and the half sine between.
+#[test]
+fn the_ideal_impact_is_a_half_sine() {
+    for (stiffness, pad, mass, speed) in [
+        (10e3, None, 12.0, 0.05),
+        (25e3, Some(80e3), 6.08, 0.25),
+        (150e3, Some(900e3), 4.0, 0.6),
+        (75e3, None, 6.0, 0.4),
+    ] {
+        let rig = Rig { pad_stiffness_n_per_m: pad, ..Rig::impact(stiffness) };
+        let k = rig.effective_stiffness_n_per_m();
+        let pulsation = (k / mass).sqrt();
+        let peak = speed * (k * mass).sqrt();
+        let impact = strike(&rig, speed, mass, &[], 0.4);
+        let truth = impact.truth();
+        assert_eq!(truth.contacts.len(), 1);
+        let contact = truth.contacts[0];
+        assert_near("peak", contact.peak_n, peak, 1e-7 * peak);
+        assert_near("instant of peak", contact.peak_s, PI / 2.0 / pulsation, 1e-6);
+        assert_near("separation", contact.end_s.unwrap(), PI / pulsation, 1e-9);
+        assert_near("impulse", contact.impulse_ns, 2.0 * mass * speed, 1e-7 * mass * speed);
+        assert_near("speed after", contact.speed_after_m_per_s, -speed, 1e-7 * speed);
+        assert_near("loss", contact.loss_j, 0.0, 1e-7 * mass * speed * speed);
+        assert_near("stroke", contact.stroke_m, peak / stiffness, 1e-7 * peak / stiffness);
+        for part in 1..100 {
+            let time = f64::from(part) / 100.0 * PI / pulsation;
+            assert_near("force", impact.force_n(time), peak * (pulsation * time).sin(), 2e-7 * peak);
+        }
+        assert_eq!(impact.force_n(0.39), 0.0);
+        assert_eq!(impact.force_n(-0.01), 0.0);
+    }
+}
+
+/// x̄ = mg/k, amplitude √(x̄² + v²m/k): paper 1's eq. 24 in its corrected form, F = mg(1 + √(1 + 2kh/(mg))).
+#[test]
+fn a_dropped_mass_peaks_as_the_corrected_formula_says_and_bounces_for_ever() {
+    let (mass, height, stiffness) = (0.0412, 0.040, 75e3);
+    let rig = Rig::drop(stiffness);
+    let weight = mass * rig.gravity_m_per_s2;
+    let peak = weight * (1.0 + (1.0 + 2.0 * stiffness * height / weight).sqrt());
+    assert_near("the printed figure", peak, 49.7, 0.06);
+    let approach = Approach::dropped_from(height, mass);
+    let impact = rig.strike(&approach, &[], 1.0, Accuracy::default()).unwrap();
+    let truth = impact.truth();
+    assert_near("peak", truth.peak_n, peak, 1e-6 * peak);
+    // Without loss every bounce is the first one again, a flight of 2v/g and a contact apart.
+    let flight = 2.0 * approach.speed_m_per_s / rig.gravity_m_per_s2;
+    assert_eq!(truth.contacts.len(), 6);
+    for pair in truth.contacts.windows(2) {
+        assert_near("flight", pair[1].start_s - pair[0].end_s.unwrap(), flight, 1e-6);
+        assert_near("peak again", pair[1].peak_n, peak, 1e-5 * peak);
+    }
+}
+
+/// One mass on a Hunt–Crossley spring: e solves ln((1+a)/(1−ae)) = a(1+e), a = 1.5·α·v0, from the first integral
+/// v dv/(1 + 1.5αv) = −(k/m)·x dx taken in and out. The rule e ≈ 1/(1+αv0) is close to it.
+#[test]
+fn hunt_crossley_returns_the_restitution_of_its_own_first_integral() {
+    for (alpha, speed) in [(0.05, 0.25), (0.2, 0.5), (0.5, 0.6), (1.5, 0.6)] {
+        let rig = Rig::impact(40e3);
+        let impact = strike(&rig, speed, 6.0, &[&format!("hunt-crossley-damping:alpha_s_per_m={alpha}")], 0.2);
+        let contact = impact.truth().contacts[0];
+        let restitution = -contact.speed_after_m_per_s / speed;
+        let a = 1.5 * alpha * speed;
+        let defect = a * (1.0 + restitution) - ((1.0 + a) / (1.0 - a * restitution)).ln();
+        assert_near("first integral", defect, 0.0, 1e-6);
+        assert_near("rule", restitution, 1.0 / (1.0 + alpha * speed), 0.02);
+        let lost = 0.5 * 6.0 * speed * speed * (1.0 - restitution * restitution);
+        assert_near("loss", contact.loss_j, lost, 1e-6 * lost);
+    }
+}
+
+/// The pad alone loses energy: with the springs in series the damping is on the pad's own compression.
+#[test]
+fn damping_stays_on_the_pad_and_vanishes_smoothly() {
+    let rig = Rig::impact(25e3).with_pad(80e3);
+    let ideal = strike(&rig, 0.4, 6.0, &[], 0.1).truth().contacts[0];
+    let with = |alpha: f64| {
+        let effect = format!("hunt-crossley-damping:alpha_s_per_m={alpha:e}");
+        strike(&rig, 0.4, 6.0, &[&effect], 0.1).truth().contacts[0]
+    };
+    assert_near("α → 0", with(1e-7).peak_n, ideal.peak_n, 5e-6 * ideal.peak_n);
+    // To first order the loss is ∫1.5·α·k_p·δ·δ̇² over the ideal motion; δ = q·x, q the pad's share of the stroke.
+    let alpha = 2e-3;
+    let (k, share) = (rig.effective_stiffness_n_per_m(), 25.0 / 105.0);
+    let amplitude = 0.4 * (6.0 / k).sqrt();
+    let pulsation = (k / 6.0).sqrt();
+    let expected = 1.5 * alpha * 80e3 * f64::powi(share, 3) * amplitude.powi(3) * pulsation * 2.0 / 3.0;
+    assert_near("loss", with(alpha).loss_j, expected, 2e-3 * expected);
+    // A rig without a pad has all of the stroke in the damped element, and loses far more.
+    let bare = strike(&Rig::impact(k), 0.4, 6.0, &["hunt-crossley-damping:alpha_s_per_m=0.002"], 0.1);
+    assert!(bare.truth().contacts[0].loss_j > 3.0 * expected);
+}
+
+/// A massless piece behind a pad is a play operator. Loaded from rest and unloaded, the robot's work on it is known:
+/// the piece sticks until k_p·x = F_c, then both springs yield.
+#[test]
+fn friction_behind_a_pad_is_a_play_operator() {
+    let (k_body, k_pad, friction) = (25e3, 80e3, 4.0);
+    let rig = Rig::impact(k_body).with_pad(k_pad);
+    let impact = strike(&rig, 0.25, 6.0, &["guide-friction:force_N=4"], 0.2);
+    let contact = impact.truth().contacts[0];
+    let end = contact.end_s.unwrap();
+    let mut held = 0.0_f64;
+    for part in 1..4000 {
+        let time = end * f64::from(part) / 4000.0;
+        let x = impact.value(Quantity::Position, time);
+        let (low, high) = ((k_pad * x - friction) / (k_pad + k_body), (k_pad * x + friction) / (k_pad + k_body));
+        held = held.clamp(low, high);
+        let slack = 2.0 * 0.25 * end / 4000.0; // the reference is only as fine as its steps
+        assert_near("stroke", impact.value(Quantity::Stroke, time), held, slack * 0.01 + 1e-9);
+    }
+    // Energy: ½k_eff-like stores aside, what is lost is friction times way, and what the springs keep.
+    let top = contact.stroke_m;
+    let rest = impact.value(Quantity::Stroke, end + 1e-3);
+    assert_near("rest after release", k_body * rest, friction, 1e-6);
+    let lost = friction * (top + (top - rest)) + 0.5 * k_body * rest * rest;
+    assert_near("loss", contact.loss_j, lost, 1e-6 * lost);
+    assert_near("what the cell sees after release", impact.force_n(0.19), friction, 1e-6);
+}
+
+/// Without a pad the guide rubs on the robot itself: m·ẍ = −kx ∓ F_c, two half sines about ∓F_c/k.
+#[test]
+fn friction_without_a_pad_shifts_the_centre_of_the_half_sines() {
+    let (k, mass, speed, friction) = (25e3, 6.0, 0.25, 5.0);
+    let impact = strike(&Rig::impact(k), speed, mass, &["guide-friction:force_N=5"], 0.2);
+    let contact = impact.truth().contacts[0];
+    let offset = friction / k;
+    let pulsation = (k / mass).sqrt();
+    let amplitude = (offset * offset + speed * speed / pulsation / pulsation).sqrt();
+    let top = amplitude - offset;
+    assert_near("stroke", contact.stroke_m, top, 1e-9);
+    let turning = (PI / 2.0 - (offset / amplitude).asin()) / pulsation;
+    // On the way back the centre is +offset; separation where k·x = F_c, that is in the centre: a quarter period.
+    assert_near("separation", contact.end_s.unwrap(), turning + PI / 2.0 / pulsation, 1e-8);
+    assert_near("speed after", contact.speed_after_m_per_s, -(top - offset) * pulsation, 1e-7);
+    // The guide stands on the cell: then the cell sees the contact force, which jumps by 2F_c at the turning point.
+    let on_cell = strike(&Rig::impact(k), speed, mass, &["guide-friction:force_N=5,cell_share=1"], 0.2);
+    let before = on_cell.force_n(turning - 1e-6);
+    let after = on_cell.force_n(turning + 1e-6);
+    assert_near("jump", before - after, 2.0 * friction, 1e-3);
+}
+
+/// A piece that is pushed with less than the friction never moves: true sticking, not creep.
+#[test]
+fn what_is_too_weak_to_break_loose_sticks_for_ever() {
+    let rig = Rig::impact(25e3).with_pad(80e3);
+    let impact = strike(&rig, 0.01, 4.0, &["guide-friction:force_N=20"], 1.0);
+    assert!(impact.truth().contacts[0].loss_j.abs() < 1e-10);
+    assert_eq!(impact.truth().peak_n, 0.0);
+    assert_eq!(impact.value(Quantity::Stroke, 0.01), 0.0);
+    let massive = strike(&rig, 0.01, 4.0, &["guide-friction:force_N=20", "moving-piece-inertia:mass_kg=0.1"], 1.0);
+    assert_eq!(massive.value(Quantity::Stroke, 0.5), 0.0);
+}
+
+/// Below the stop nothing; beyond it a steeper half sine, continuous in force and speed.
+#[test]
+fn an_end_stop_is_two_half_sines() {
+    let (k, mass, stroke, ratio) = (25e3, 6.0, 0.003, 20.0);
+    let rig = Rig::impact(k);
+    let stop = format!("end-stop:stroke_m={stroke},stiffness_ratio={ratio}");
+    let soft = strike(&rig, 0.15, mass, &[&stop], 0.2).truth();
+    assert_near("not reached", soft.peak_n, 0.15 * (k * mass).sqrt(), 1e-5);
+    let speed = 0.4;
+    let hard = strike(&rig, speed, mass, &[&stop], 0.2).truth().contacts[0];
+    // Energy: ½mv² = ½kx² + ½κk(x − x_b)²
+    let (a, b, c) = (1.0 + ratio, -2.0 * ratio * stroke, ratio * stroke * stroke - mass * speed * speed / k);
+    let top = (-b + (b * b - 4.0 * a * c).sqrt()) / (2.0 * a);
+    assert_near("stroke", hard.stroke_m, top, 1e-9);
+    assert_near("peak", hard.peak_n, k * top + ratio * k * (top - stroke), 1e-4);
+    assert_near("speed after", hard.speed_after_m_per_s, -speed, 1e-7);
+    let pulsation = (k / mass).sqrt();
+    let to_stop = (stroke * pulsation / speed).asin() / pulsation;
+    let steep = pulsation * (1.0 + ratio).sqrt();
+    let centre = ratio * stroke / (1.0 + ratio);
+    let within = 2.0 * ((stroke - centre) / (top - centre)).acos() / steep;
+    assert_near("duration", hard.end_s.unwrap(), 2.0 * to_stop + within, 1e-8);
+}
+
+/// Two bodies without loss keep energy; momentum changes by the base's impulse; the piece rings at √((k_p+k_b)/m_p).
+#[test]
+fn a_moving_piece_rings_at_its_frequency_and_loses_nothing_without_damping() {
+    let (k_body, k_pad, piece) = (25e3, 80e3, 0.12);
+    let rig = Rig::impact(k_body).with_pad(k_pad);
+    let inertia = "moving-piece-inertia:mass_kg=0.12,pad_damping_ratio=0,spring_damping_ratio=0";
+    let impact = strike(&rig, 0.25, 6.0, &[inertia], 0.2);
+    let ideal = strike(&rig, 0.25, 6.0, &[], 0.2);
+    let contacts = impact.truth().contacts;
+    let lost: f64 = contacts.iter().map(|contact| contact.loss_j).sum();
+    // After release the piece swings on k_body alone, with what the robot has not taken along.
+    let frequency = (k_body / piece).sqrt() / (2.0 * PI);
+    let end = contacts.last().unwrap().end_s.unwrap();
+    let stroke = |time: f64| impact.value(Quantity::Stroke, time);
+    let period = 1.0 / frequency;
+    for part in 0..20 {
+        let time = end + 0.01 + f64::from(part) * 1e-4;
+        assert_near("ring", stroke(time + 5.0 * period), stroke(time), 2e-7);
+    }
+    let energy = |time: f64| {
+        let step = 1e-6;
+        let speed = (stroke(time + step) - stroke(time - step)) / (2.0 * step);
+        0.5 * piece * speed * speed + 0.5 * k_body * stroke(time).powi(2)
+    };
+    assert_near("energy", energy(0.15), lost, 1e-6 * 0.5 * 6.0 * 0.25 * 0.25);
+    // While touching, the deviation from the ideal pulse changes its sign twice a period of the ring.
+    let ring = ((k_body + k_pad) / piece).sqrt() / (2.0 * PI);
+    let deviations: Vec<f64> =
+        (0..3000).map(|part| f64::from(part) * 1e-5).map(|time| impact.force_n(time) - ideal.force_n(time)).collect();
+    let crossings = deviations.windows(2).filter(|pair| pair[0].signum() != pair[1].signum()).count() as f64;
+    assert_near("crossings in 30 ms", crossings, 2.0 * ring * 0.03, 3.0);
+}
+
+/// m_p → 0 is the massless piece, with friction and with damping too.
+#[test]
+fn a_very_light_piece_is_no_piece() {
+    let rig = Rig::impact(25e3).with_pad(80e3);
+    let light = "moving-piece-inertia:mass_kg=0.001,pad_damping_ratio=0.5,spring_damping_ratio=0.0";
+    for effects in [&[][..], &["guide-friction:force_N=4"], &["hunt-crossley-damping:alpha_s_per_m=0.3"]] {
+        let massless = strike(&rig, 0.25, 6.0, effects, 0.1);
+        let with: Vec<&str> = effects.iter().copied().chain([light]).collect();
+        let massive = strike(&rig, 0.25, 6.0, &with, 0.1);
+        for part in 2..54 {
+            let time = f64::from(part) * 1e-3;
+            assert_near(&format!("{effects:?} at {time}"), massive.force_n(time), massless.force_n(time), 0.6);
+        }
+    }
+}
+
+/// The free two-mass robot keeps momentum, and a stiff joint is no joint.
+#[test]
+fn a_stiff_joint_is_no_joint_and_a_soft_one_leaves_the_tip_alone() {
+    let rig = Rig::impact(75e3);
+    let ideal = strike(&rig, 0.3, 8.0, &[], 0.15).truth().contacts[0];
+    let stiff =
+        strike(&rig, 0.3, 8.0, &["joint-elasticity:link_fraction=0.3,frequency_Hz=200,damping_ratio=0.7"], 0.15);
+    assert_near("stiff", stiff.truth().peak_n, ideal.peak_n, 0.03 * ideal.peak_n);
+    let soft = strike(&rig, 0.3, 8.0, &["joint-elasticity:link_fraction=0.5,frequency_Hz=1,damping_ratio=0"], 0.15);
+    let tip_alone = 0.3 * (75e3_f64 * 4.0).sqrt();
+    assert_near("soft", soft.truth().contacts[0].peak_n, tip_alone, 0.01 * tip_alone);
+    // Two masses on one spring: the impulse of all hits is the change of momentum of both.
+    let contacts = soft.truth().contacts;
+    assert!(contacts.iter().map(|contact| contact.impulse_ns).sum::<f64>() < 2.0 * 8.0 * 0.3);
+}
+
+/// The push comes to rest at F_0 when there is something that loses energy, and adds F_0/k to the stroke.
+#[test]
+fn a_push_ends_in_a_held_contact() {
+    let rig = Rig::impact(25e3);
+    let impact = strike(
+        &rig,
+        0.2,
+        6.0,
+        &["robot-push:force_N=40,rise_time_s=0.015", "hunt-crossley-damping:alpha_s_per_m=4"],
+        6.0,
+    );
+    let last = *impact.truth().contacts.last().unwrap();
+    assert_eq!(last.end_s, None);
+    assert_near("plateau", impact.force_n(6.0), 40.0, 0.5);
+}
+
+/// ẏ = Ḟ − y/τ after a half sine leaves the closed-form undershoot.
+#[test]
+fn a_discharging_cell_undershoots_by_the_closed_form() {
+    let (k, mass, speed, tau) = (25e3_f64, 6.0, 0.25, 0.8);
+    let impact = strike(&Rig::impact(k), speed, mass, &["piezo-discharge:time_constant_s=0.8"], 0.5);
+    let times: Vec<f64> = (-20..=5000).map(|index| f64::from(index) * 1e-4).collect();
+    let measured = impact.measured_n(&times);
+    let pulsation = (k / mass).sqrt();
+    let (peak, length) = (speed * (k * mass).sqrt(), PI / pulsation);
+    for (time, value) in times.iter().zip(&measured).filter(|(time, _)| **time > length) {
+        // y = −(1/τ)∫F e^(−(t−s)/τ) ds with ∫₀ᵀ sin(ωs)e^(s/τ) ds = ω(1 + e^(T/τ))/(ω² + 1/τ²)
+        let integral = pulsation * (1.0 + (length / tau).exp()) / (pulsation * pulsation + 1.0 / tau / tau);
+        let expected = -peak / tau * integral * (-time / tau).exp();
+        assert_near("undershoot", *value, expected, 2e-5 * peak);
+    }
+    assert_eq!(measured[0], 0.0);
+}
+
+/// Free flight: no rig, so no contact, and x = ½gt².
+#[test]
+fn a_fall_meets_nothing() {
+    let approach = Approach::new(0.0, 0.06);
+    let impact = Rig::fall().strike(&approach, &[], 1.2, Accuracy::default()).unwrap();
+    assert!(impact.contact_intervals().is_empty());
+    let gravity = thud_sim::rig::STANDARD_GRAVITY_M_PER_S2;
+    for time in [0.0, 0.1, 0.73, 1.2] {
+        assert_near("fallen", impact.value(Quantity::Position, time), 0.5 * gravity * time * time, 1e-9);
+        assert_near("speed", impact.value(Quantity::Velocity, time), gravity * time, 1e-9);
+    }
+}
+
+/// The same impact is followed far more exactly, and nothing visible changes; twice the same is the same to the bit.
+#[test]
+fn a_tighter_tolerance_changes_nothing_that_counts() {
+    let rigs = [Rig::impact(25e3).with_pad(80e3), Rig::impact(75e3), Rig::impact(10e3).with_pad(18e3)];
+    let tight = Accuracy { relative: 1e-10, force_n: 1e-8 };
+    let mut tried = vec![vec![]];
+    tried.extend(thud_sim::mechanism::LIST.iter().map(|mechanism| vec![mechanism.typical()]));
+    tried.push(thud_sim::mechanism::LIST.iter().map(|mechanism| mechanism.typical()).collect());
+    for rig in rigs {
+        for effects in &tried {
+            let approach = Approach::new(0.3, 7.0);
+            let names: Vec<String> = effects.iter().map(ToString::to_string).collect();
+            let usual = rig
+                .strike(&approach, effects, 0.3, Accuracy::default())
+                .unwrap_or_else(|error| panic!("{names:?}: {error}"));
+            let again = rig.strike(&approach, effects, 0.3, Accuracy::default()).unwrap();
+            let exact = rig.strike(&approach, effects, 0.3, tight).unwrap_or_else(|error| panic!("{names:?}: {error}"));
+            let times: Vec<f64> = (-10..3000).map(|index| f64::from(index) * 1e-4).collect();
+            let (a, b, c) = (usual.measured_n(&times), again.measured_n(&times), exact.measured_n(&times));
+            assert_eq!(a, b, "{names:?}");
+            let peak = c.iter().copied().fold(0.0, f64::max);
+            for ((time, usual), exact) in times.iter().zip(a).zip(c) {
+                assert_near(&format!("{names:?} at {time} s"), usual, exact, 5e-5 * peak);
+            }
+        }
+    }
+}
+
+/// Bad input is refused with what would be right.
+#[test]
+fn impossible_rigs_are_refused() {
+    let refused =
+        |rig: Rig, approach: Approach| rig.strike(&approach, &[], 0.1, Accuracy::default()).unwrap_err().to_string();
+    let good = Approach::new(0.2, 6.0);
+    assert!(refused(Rig::impact(-3.0), good).contains("body springs is -3 N/m; 1 to"));
+    assert!(refused(Rig::impact(25e3).with_pad(f64::NAN), good).contains("pad"));
+    assert!(refused(Rig::impact(25e3), Approach::new(0.2, 0.0)).contains("effective mass is 0 kg"));
+    assert!(refused(Rig::impact(25e3), Approach::new(f64::INFINITY, 6.0)).contains("speed"));
+}
+
+/// From rest v = v_t·tanh(g·t/v_t), v_t = √(m·g/c).
+#[test]
+fn a_fall_in_air_follows_the_hyperbolic_tangent() {
+    let (mass, drag) = (0.06_f64, 0.005);
+    let effect = "air-drag:coefficient_kg_per_m=0.005".parse().unwrap();
+    let impact = Rig::fall().strike(&Approach::new(0.0, mass), &[effect], 2.0, Accuracy::default()).unwrap();
+    let gravity = thud_sim::rig::STANDARD_GRAVITY_M_PER_S2;
+    let terminal = (mass * gravity / drag).sqrt();
+    for time in [0.05, 0.4, 1.1, 2.0] {
+        let expected = terminal * (gravity * time / terminal).tanh();
+        assert_near("speed", impact.value(Quantity::Velocity, time), expected, 1e-6);
+    }
+}
+
+/// On a bare spring, kx + c·ẋ: the force begins with c·v0 and the contact ends while the spring is still pressed.
+#[test]
+fn a_dashpot_begins_with_a_step() {
+    let (k, mass, speed, damping) = (40e3_f64, 6.0, 0.3, 60.0);
+    let impact = strike(&Rig::impact(k), speed, mass, &["viscous-damping:damping_Ns_per_m=60"], 0.2);
+    let (pulsation, decay) = ((k / mass).sqrt(), damping / 2.0 / mass);
+    let damped = (pulsation * pulsation - decay * decay).sqrt();
+    let force = |time: f64| {
+        let (sin, cos) = (damped * time).sin_cos();
+        let x = speed / damped * sin;
+        let v = speed * (cos - decay / damped * sin);
+        (-decay * time).exp() * (k * x + damping * v)
+    };
+    for time in [0.0, 0.001, 0.01, 0.02, 0.03] {
+        assert_near("force", impact.force_n(time), force(time), 1e-4);
+    }
+    let end = impact.contact_intervals()[0].1.unwrap();
+    assert_near("no force at separation", force(end), 0.0, 1e-4);
+    assert!(impact.value(Quantity::Position, end) > 0.0);
+    assert_eq!(impact.contact_intervals().len(), 1);
+}
+
+/// τ → 0 relaxes at once to k, τ → ∞ never: k(1 + κ).
+#[test]
+fn a_relaxing_pad_lies_between_its_two_stiffnesses() {
+    let rig = Rig::impact(25e3).with_pad(80e3);
+    let peak = |tau: f64| {
+        let effect = format!("pad-relaxation:ratio=0.5,time_constant_s={tau}");
+        strike(&rig, 0.3, 6.0, &[&effect], 0.1).truth().contacts[0]
+    };
+    let ideal = |pad: f64| 0.3 * (6.0 * Rig::impact(25e3).with_pad(pad).effective_stiffness_n_per_m()).sqrt();
+    assert_near("at once", peak(1e-4).peak_n, ideal(80e3), 0.005 * ideal(80e3));
+    assert_near("never", peak(100.0).peak_n, ideal(120e3), 1e-3 * ideal(120e3));
+    assert!(peak(0.01).loss_j > 10.0 * peak(100.0).loss_j);
+}
+
+/// A load-dependent loop: on a bare spring P = kx/(1 ∓ μ), so that the work out over the work in is (1−μ)/(1+μ).
+#[test]
+fn friction_that_grows_with_load_returns_a_fixed_part_of_the_energy() {
+    let impact = strike(&Rig::impact(25e3), 0.3, 6.0, &["load-dependent-friction:coefficient=0.05"], 0.2);
+    let contact = impact.truth().contacts[0];
+    let returned = (contact.speed_after_m_per_s / 0.3).powi(2);
+    assert_near("returned", returned, 0.95 / 1.05, 1e-6);
+}
+
+/// What breaks loose jumps: at the first moment of sliding the friction falls from F_s to F_c.
+#[test]
+fn stiction_lets_go_with_a_jump() {
+    let rig = Rig::impact(25e3).with_pad(80e3);
+    let impact = strike(&rig, 0.25, 6.0, &["stiction:force_N=4,static_ratio=1.5"], 0.2);
+    let friction: Vec<f64> = (0..2000).map(|part| impact.value(Quantity::Friction, f64::from(part) * 1e-6)).collect();
+    let most = friction.iter().copied().fold(0.0, f64::max);
+    assert_near("held", most, 6.0, 0.03);
+    assert_near("slides", friction[1999], 4.0, 1e-9);
+}
+
+/// Nothing is different until the threshold and the delay are over; impacts below the threshold never are.
+#[test]
+fn a_reaction_comes_after_its_threshold_and_its_delay() {
+    let rig = Rig::impact(25e3);
+    let reaction = "collision-reaction:force_N=80,threshold_N=60,delay_s=0.01";
+    let (k, mass, speed) = (25e3_f64, 6.0, 0.3);
+    let ideal = strike(&rig, speed, mass, &[], 0.2);
+    let impact = strike(&rig, speed, mass, &[reaction], 0.2);
+    let pulsation = (k / mass).sqrt();
+    let acts = (60.0 / (speed * (k * mass).sqrt())).asin() / pulsation + 0.01;
+    assert_near("just before", impact.force_n(acts - 1e-5), ideal.force_n(acts - 1e-5), 1e-4);
+    let jump = impact.value(Quantity::Acceleration, acts + 1e-6) - impact.value(Quantity::Acceleration, acts - 1e-6);
+    assert_near("jump of the acceleration", jump, -80.0 / mass, 0.02);
+    let gentle = strike(&rig, 0.1, mass, &[reaction], 0.2);
+    assert_eq!(gentle.truth().peak_n, strike(&rig, 0.1, mass, &[], 0.2).truth().peak_n);
+}
