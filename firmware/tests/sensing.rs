@@ -395,3 +395,13 @@ fn numbers_that_go_back_end_the_impact_and_start_over() {
     bench.run(1.0, &QUIET, |_| 0.0);
     assert!(bench.sensor.settled());
 }
+
+/// The board has 96 KiB for everything; two curves are 56 KiB of it.
+#[test]
+fn what_the_detector_knows_is_small() {
+    let detector = size_of::<thud_firmware::detector::Detector<CAPTURE>>();
+    let captures = size_of::<thud_firmware::capture::Captures<CAPTURE>>();
+    assert!(captures < 2 * 2 * CAPTURE + 256, "captures take {captures} bytes");
+    assert!(detector < 2048, "the detector takes {detector} bytes");
+    assert!(size_of::<thud_firmware::detector::Signals>() < 4096);
+}
