@@ -345,10 +345,14 @@ fn first_event<const N: usize, R: Method<N>>(
                     form.system.margins(time_s, &state, &form.mode, &mut margins);
                     margins[event]
                 };
-                let time_s = if before[event] <= 0.0 {
-                    low_s
+                let high_s = at_s(number).min(to_s);
+                let time_s = if before[event] > 0.0 {
+                    root(&mut margin, low_s, high_s, before[event], after[event])
                 } else {
-                    root(&mut margin, low_s, at_s(number).min(to_s), before[event], after[event])
+                    // It begins on the edge. It may leave it and be back before the next node: look closer and closer.
+                    let closer = (1..24).map(|halvings| low_s + (high_s - low_s) * 0.5_f64.powi(halvings));
+                    let inside = closer.map(|at_s| (at_s, margin(at_s))).find(|(_, value)| *value > 0.0);
+                    inside.map_or(low_s, |(at_s, value)| root(&mut margin, at_s, high_s, value, after[event]))
                 };
                 if first.is_none_or(|(_, first_s)| time_s < first_s) {
                     first = Some((event, time_s));

@@ -488,7 +488,8 @@ impl System {
                 Guiding::Free => {}
                 Guiding::Sliding(sign) => margins[1] = sign * instant.piece_m_per_s,
                 Guiding::Sticking => {
-                    let holding_n = self.assembly.guide.holding_n(instant.contact_n);
+                    // Held a little more firmly than it is taken hold of, or rounding would let go at once.
+                    let holding_n = self.assembly.guide.holding_n(instant.contact_n) * (1.0 + 2e-9) + 2e-9;
                     margins[1] = holding_n - instant.friction_n;
                     margins[2] = holding_n + instant.friction_n;
                 }
