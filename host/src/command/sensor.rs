@@ -165,7 +165,8 @@ impl Sensor {
             chain,
             rig,
             effects: Vec::new(),
-        });
+        })
+        .map_err(|reason| miette::miette!("the simulated flash did not take the configuration: {reason:?}"))?;
         let live = LiveSensor::new(sensor, self.bus.bus.open()?, approach, self.node_id);
         Ok(live)
     }
