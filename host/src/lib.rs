@@ -11,6 +11,7 @@ pub mod bus;
 pub mod campaign;
 pub mod client;
 pub mod command;
+pub mod decimal;
 pub mod input;
 pub mod interrupt;
 pub mod json;
