@@ -10,8 +10,8 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use thud_firmware::configuration::Configuration;
-use thud_firmware::storage::{self, Store};
-use thud_sim::board::{BoardSettings, Life, Parts, firmware};
+use thud_firmware::storage::NotStored;
+use thud_sim::board::{BoardSettings, commission, firmware};
 use thud_sim::bus::BitRate;
 use thud_sim::chain::ChainSettings;
 use thud_sim::force::Blows;
@@ -56,14 +56,18 @@ pub struct SimulatedSensor {
 }
 
 impl SimulatedSensor {
-    /// Switches it on.
-    #[must_use]
-    pub fn new(setup: Setup) -> Self {
+    /// Stores the configuration in its flash and switches it on.
+    ///
+    /// # Errors
+    /// [`NotStored`], which an empty flash never gives.
+    pub fn new(setup: Setup) -> Result<Self, NotStored> {
         let mut world = World::new(BitRate::MEGABIT, setup.seed);
         let blows = Blows::new();
         let settings = BoardSettings::new(setup.serial, setup.seed).with_chain(setup.chain);
-        let board = world.add_board(settings, blows.clone(), provisioned(setup.configuration));
-        Self { world: Rc::new(RefCell::new(world)), board, blows, rig: setup.rig, effects: setup.effects }
+        let board = world.add_board(settings, blows.clone(), firmware);
+        // The board reads its flash when the world first runs.
+        commission(world.board(board).flash(), setup.configuration)?;
+        Ok(Self { world: Rc::new(RefCell::new(world)), board, blows, rig: setup.rig, effects: setup.effects })
     }
 
     /// The world that it lives in.
@@ -94,23 +98,5 @@ impl SimulatedSensor {
         let force = impact.clone();
         self.blows.strike(begins_s, FOLLOWED_S, move |since_s| force.force_n(since_s));
         Ok((begins_s, impact))
-    }
-}
-
-/// The firmware, with this configuration in flash when it starts for the first time.
-fn provisioned(configuration: Configuration) -> impl Fn(Parts) -> Life + 'static {
-    use embedded_storage_async::nor_flash::ReadNorFlash as _;
-    let fresh = std::cell::Cell::new(true);
-    move |parts: Parts| -> Life {
-        if !fresh.replace(false) {
-            return firmware(parts);
-        }
-        Box::pin(async move {
-            let flash = parts.flash.clone();
-            let range = 0..flash.capacity() as u32;
-            // Flash of a new board is empty; should it ever fail, the sensor says itself that it runs with defaults.
-            let _ = Store::new(flash, range).save(&storage::stamp(configuration, 1)).await;
-            firmware(parts).await
-        })
     }
 }

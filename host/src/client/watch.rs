@@ -193,6 +193,7 @@ pub struct Watch {
 struct Followed {
     sensor: Sensor,
     assembly: Assembly,
+    since: Duration,
     /// The newest event number that was seen or is missing.
     newest: u32,
     /// Passed-over numbers, and since when.
@@ -322,6 +323,7 @@ impl Watch {
             Followed {
                 sensor,
                 assembly: Assembly::new(),
+                since: now,
                 newest,
                 missing: BTreeMap::new(),
                 sample_rate,
@@ -436,6 +438,10 @@ impl Watch {
             return Ok(());
         }
         let Some(followed) = self.followed.get_mut(&node) else { return Ok(()) };
+        if at <= followed.since {
+            // Heard before it was started, read after.
+            return Ok(());
+        }
         followed.heard = at;
         followed.silent = false;
         if followed.state.replace(state) != Some(state) {
@@ -551,6 +557,7 @@ mod tests {
         Followed {
             sensor: Sensor { node: 32, serial: 7 },
             assembly: Assembly::new(),
+            since: Duration::ZERO,
             newest: 0,
             missing: BTreeMap::new(),
             sample_rate: Hertz(20_000.0),

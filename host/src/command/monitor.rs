@@ -140,7 +140,7 @@ fn event_line(event: &SeenEvent) -> String {
         flags.push("(from the log)");
     }
     format!(
-        "{:>4} {:>10.4}  {contact:<12} {:>8.2}  {:>8.2}  {:>8.2}  {:>10.4}  {:>6.1}  {:<12}  {}",
+        "{:>4} {:>10.4}  {contact:<12} {:>8.1}  {:>8.1}  {:>8.1}  {:>10.3}  {:>6.1}  {:<12}  {}",
         event.node,
         event.contact_s,
         event.peak_n,

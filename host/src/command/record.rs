@@ -16,13 +16,14 @@ use crate::client::recording::Curve;
 use crate::client::watch::{Happening, Watch};
 use crate::client::words::{searching, traffic};
 use crate::client::{Client, find::Sensor};
+use crate::decimal::{decimal, significant};
 use crate::interrupt;
 use crate::json::JsonOption;
 use crate::recording::{Channel, FORCE, Recording};
 
 /// Download the captured force curves of a sensor into a campaign
 ///
-/// First what the sensor still holds (two curves), then each new one as it happens, until --count, --duration or
+/// First what the sensor still holds (the latest curve), then each new one as it happens, until --count, --duration or
 /// Ctrl-C. The campaign in DIR is complete after each curve. A curve that came damaged is fetched again, never
 /// patched; one that was overwritten before it could be fetched is counted as lost.
 ///
@@ -178,7 +179,7 @@ impl<'a> Session<'a> {
                 "nobody has told the sensor the robot's effective mass, and a campaign needs it"
             );
         }
-        let stiffness = f64::from(configuration.body_stiffness.0);
+        let stiffness = decimal(configuration.body_stiffness.0);
         let name = record.believed.name.clone().unwrap_or_else(|| {
             record.out.file_name().map_or_else(|| "recorded".to_owned(), |name| name.to_string_lossy().into_owned())
         });
@@ -189,7 +190,7 @@ impl<'a> Session<'a> {
                 kind: RigKind::Impact,
                 body_stiffness_n_per_m: Some(Estimate::new(
                     stiffness,
-                    record.believed.stiffness_sd.unwrap_or(0.05 * stiffness),
+                    record.believed.stiffness_sd.unwrap_or(significant(0.05 * stiffness, 4)),
                 )),
                 pad_stiffness_n_per_m: None,
                 moving_mass_kg: None,
@@ -198,8 +199,8 @@ impl<'a> Session<'a> {
             },
             chain: campaign::Chain {
                 sample_rate_hz: chain.sample_rate.0.into(),
-                noise_rms: noise.into(),
-                full_scale: f64::from(chain.newton_per_code) * f64::from(chain.zero_code),
+                noise_rms: significant(noise.into(), 4),
+                full_scale: significant(f64::from(chain.newton_per_code) * f64::from(chain.zero_code), 6),
                 observed: Observed::Force,
             },
             recordings: Vec::new(),
@@ -350,6 +351,9 @@ impl<'a> Session<'a> {
             let flags: Vec<&str> = event.flags.names().collect();
             let flags = if flags.is_empty() { "none".to_owned() } else { flags.join(" ") };
             comments.push(format!("verdict {}, flags {flags}", event.severity.verdict.name()));
+            if self.record.believed.speed.is_none() {
+                comments.push("the campaign's speed of it is estimated from impulse and mass".to_owned());
+            }
         }
         let channel = Channel { name: FORCE.to_owned(), values: forces };
         let recording = Recording::new(times, vec![channel]).into_diagnostic()?;
@@ -361,18 +365,18 @@ impl<'a> Session<'a> {
         let believed = &self.record.believed;
         let mass = match (believed.mass, blow.and_then(|event| event.severity.effective_mass)) {
             (Some(mass), _) => mass,
-            (None, Some(mass)) => mass.0.into(),
+            (None, Some(mass)) => decimal(mass.0),
             (None, None) => return None,
         };
         let speed = match (believed.speed, blow) {
-            (Some(speed), _) => Estimate::new(speed, believed.speed_sd.unwrap_or(0.01 * speed)),
+            (Some(speed), _) => Estimate::new(speed, believed.speed_sd.unwrap_or(significant(0.01 * speed, 4))),
             (None, Some(event)) => speed_from_impulse(event.impulse.0.into(), mass),
             (None, None) => return None,
         };
         Some(Entry {
             file: file.to_owned(),
             impact_speed_m_per_s: speed,
-            effective_mass_kg: Estimate::new(mass, believed.mass_sd.unwrap_or(0.03 * mass)),
+            effective_mass_kg: Estimate::new(mass, believed.mass_sd.unwrap_or(significant(0.03 * mass, 4))),
             configuration: believed.configuration.clone(),
         })
     }
@@ -397,7 +401,7 @@ fn speed_from_impulse(impulse_ns: f64, mass_kg: f64) -> Estimate {
     const RESTITUTION: f64 = 0.8;
     const SD: f64 = 0.15 / (1.0 + RESTITUTION);
     let speed = impulse_ns / (mass_kg * (1.0 + RESTITUTION));
-    Estimate::new(speed, SD * speed)
+    Estimate::new(significant(speed, 4), significant(SD * speed, 2))
 }
 
 /// The new file replaces the old one whole, so that a campaign is never half-written.

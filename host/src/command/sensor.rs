@@ -12,6 +12,7 @@ use thud_sim::rig::{Approach, Rig};
 use crate::bus::Counters;
 use crate::bus::option::BusOption;
 use crate::client::words::traffic;
+use crate::decimal::decimal;
 use crate::interrupt;
 use crate::json::JsonOption;
 use crate::settings::JudgeOptions;
@@ -156,7 +157,7 @@ impl Sensor {
         if let Some(pad) = self.robot.pad {
             rig = rig.with_pad(pad);
         }
-        let mass = self.robot.true_mass.or(self.judge.mass.map(f64::from)).unwrap_or(MASS_KG);
+        let mass = self.robot.true_mass.or(self.judge.mass.map(decimal)).unwrap_or(MASS_KG);
         let approach = Approach::new(self.robot.speed, mass);
         let sensor = SimulatedSensor::new(Setup {
             seed: self.seed,
@@ -165,7 +166,8 @@ impl Sensor {
             chain,
             rig,
             effects: Vec::new(),
-        });
+        })
+        .map_err(|reason| miette::miette!("the simulated flash did not take the configuration: {reason:?}"))?;
         let live = LiveSensor::new(sensor, self.bus.bus.open()?, approach, self.node_id);
         Ok(live)
     }
