@@ -13,6 +13,7 @@ use std::time::Duration;
 
 use thud_firmware::configuration::Configuration;
 use thud_firmware::event::Event;
+use thud_firmware::storage::NotStored;
 use thud_firmware::units::Kilogram;
 use thud_sim::chain::ChainSettings;
 use thud_sim::rig::RigError;
@@ -52,12 +53,21 @@ pub enum DemonstrationError {
     /// The rig could not be simulated.
     #[error("the rig cannot be simulated: {0}")]
     Rig(#[from] RigError),
+    /// The simulated board could not be given its first configuration.
+    #[error("the simulated board's flash refused its first configuration: {0:?}")]
+    Flash(NotStored),
     /// A blow went unseen.
     #[error("no event came within {} s of virtual time after blow {blow}", PATIENCE.as_secs())]
     Unseen {
         /// Its number from 1.
         blow: usize,
     },
+}
+
+impl From<NotStored> for DemonstrationError {
+    fn from(refused: NotStored) -> Self {
+        Self::Flash(refused)
+    }
 }
 
 /// One blow: what was sensed and what was true.
@@ -107,7 +117,7 @@ pub fn demonstrate(scenario: Scenario, mut progress: impl FnMut(&str)) -> Result
         chain: ChainSettings::workshop(),
         rig: scenario.rig,
         effects: scenario.effects.clone(),
-    });
+    })?;
     let mut client = Client::new(Box::new(sensor.bus()));
     let found = client.the_sensor(None)?;
     let node = found.node;
