@@ -207,6 +207,8 @@ struct Followed {
     state: Option<u8>,
     silent: bool,
     surplus: u32,
+    /// Serial numbers of the devices that share its id, as last told.
+    doubled: Vec<u32>,
 }
 
 impl Followed {
@@ -318,6 +320,7 @@ impl Watch {
         let sample = sdo.read(index::BOARD, 2)?;
         let heartbeat_ms: u16 = sdo.read(index::HEARTBEAT, 0)?;
         let now = client.line.now();
+        let doubled = self.followed.remove(&node).map_or_else(Vec::new, |before| before.doubled);
         self.followed.insert(
             node,
             Followed {
@@ -334,6 +337,7 @@ impl Watch {
                 state: None,
                 silent: false,
                 surplus: client.line.surplus_answers(node),
+                doubled,
             },
         );
         Ok(())
@@ -413,7 +417,7 @@ impl Watch {
             let found = match find::find(&mut client.line, Some(node)) {
                 Ok(found) => found,
                 Err(ClientError::Doubled { node, serials }) => {
-                    happened.push(Happening::Doubled { node, serials });
+                    self.tell_doubled(node, serials, happened);
                     return Ok(());
                 }
                 Err(ClientError::Bus(error)) => return Err(error.into()),
@@ -422,6 +426,14 @@ impl Watch {
             };
             for sensor in found {
                 let serial = sensor.serial;
+                // Another board under the id of one that was heard a moment ago: nobody swaps them so fast.
+                if let Some(other) = self.followed.get(&node)
+                    && other.sensor.serial != serial
+                    && at < other.heard + other.heartbeat * 2
+                {
+                    let serials = vec![other.sensor.serial, serial];
+                    self.tell_doubled(node, serials, happened);
+                }
                 match self.follow(client, sensor) {
                     Ok(()) => happened.push(Happening::Started { node, serial }),
                     Err(ClientError::Bus(error)) => return Err(error.into()),
@@ -444,10 +456,22 @@ impl Watch {
         }
         followed.heard = at;
         followed.silent = false;
-        if followed.state.replace(state) != Some(state) {
+        // Two devices in two states would be told as one that changes all the time.
+        if followed.state.replace(state) != Some(state) && followed.doubled.is_empty() {
             happened.push(Happening::State { node, state: nmt_state(state) });
         }
         Ok(())
+    }
+
+    /// Says once that these devices share an id.
+    fn tell_doubled(&mut self, node: u8, mut serials: Vec<u32>, happened: &mut Vec<Happening>) {
+        serials.sort_unstable();
+        if let Some(followed) = self.followed.get_mut(&node)
+            && followed.doubled != serials
+        {
+            followed.doubled.clone_from(&serials);
+            happened.push(Happening::Doubled { node, serials });
+        }
     }
 
     /// What is due for one sensor: its log's newest number, events that stayed missing, silence, doubles.
@@ -459,11 +483,12 @@ impl Watch {
         if surplus > followed.surplus {
             followed.surplus = surplus;
             let serials = find::ask_all(&mut client.line, &[node], index::IDENTITY, 4)?;
-            if let Some(serials) = serials.get(&node).filter(|serials| serials.len() > 1) {
-                happened.push(Happening::Doubled { node, serials: serials.clone() });
-            }
             followed.surplus = client.line.surplus_answers(node);
+            if let Some(serials) = serials.get(&node).filter(|serials| serials.len() > 1) {
+                self.tell_doubled(node, serials.clone(), happened);
+            }
         }
+        let Some(followed) = self.followed.get_mut(&node) else { return Ok(()) };
 
         let patience = followed.heartbeat * MISSED_HEARTBEATS;
         if !followed.silent && !patience.is_zero() && now > followed.heard + patience.max(POLL) {
@@ -568,6 +593,7 @@ mod tests {
             state: None,
             silent: false,
             surplus: 0,
+            doubled: Vec::new(),
         }
     }
 
