@@ -9,6 +9,7 @@ mod synthetic;
 
 use std::time::{Duration, Instant};
 
+use rand_distr::{Distribution, StandardNormal};
 use synthetic::{Bench, Disturbance, HalfSine, RATE, code, configuration};
 use thud_firmware::board::{BLOCK, BlockInfo};
 use thud_firmware::capture::CAPTURE;
@@ -59,9 +60,13 @@ fn main() {
     let mut bench = Bench::<CAPTURE>::new(configuration(RATE), 1);
     let pulse = HalfSine::of_duration(200.0, 0.03);
     let quiet = (0.4 * RATE) as usize;
-    // A blow, its window, and time to settle, over and over.
-    let codes: Vec<u16> =
-        (0..RATE as usize).map(|i| code(pulse.at((i as f64 - quiet as f64) / RATE), &bench.chain)).collect();
+    // A blow, its window, and time to settle, over and over; noise, because exact zeros are denormal numbers in a filter.
+    let codes: Vec<u16> = (0..RATE as usize)
+        .map(|i| {
+            let noise: f64 = StandardNormal.sample(&mut bench.rng);
+            code(pulse.at((i as f64 - quiet as f64) / RATE) + 0.3 * noise, &bench.chain)
+        })
+        .collect();
     let mut index = 0;
     let mut context = None;
     row(

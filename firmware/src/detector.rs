@@ -17,14 +17,17 @@
 use heapless::Vec;
 
 use crate::board::{AdcCode, BLOCK, BlockInfo, Overrun};
-use crate::calibration::{self, Calibration, Change, HEALTHY, Lasting};
+use crate::calibration::{self, Calibration, Change, Lasting};
 use crate::capture::{Captures, SlotId, pre_trigger};
-use crate::configuration::{Configuration, ContactKind, FilterProfile, Setting};
+use crate::configuration::{Configuration, ContactKind, Setting};
 use crate::event::{Flags, Onset};
-use crate::filter::Causal;
 use crate::idle::{Baseline, Idle};
 use crate::onset::OnsetDetector;
 use crate::units::{Hertz, Kilogram, Newton, NewtonSecond, Second};
+
+use self::phase::{OpenImpact, Phase, Spans, Waiting, causal_filter};
+
+mod phase;
 
 /// The transient window, from the instant of contact, ISO/PAS 5672.
 pub const TRANSIENT_WINDOW: Second = Second(0.5);
@@ -135,68 +138,6 @@ pub struct Detector<const N: usize> {
 struct ReceivedMass {
     mass: Kilogram,
     at: u64,
-}
-
-/// Durations in samples.
-#[derive(Clone, Copy)]
-struct Spans {
-    transient: u64,
-    longest: u64,
-    release: u64,
-    new_zero: u64,
-    filter_delay: u64,
-    healthy: u32,
-}
-
-impl Spans {
-    fn new(sample_rate: Hertz) -> Self {
-        let samples = |span: Second| (f64::from(span.0) * f64::from(sample_rate.0)) as u64;
-        Self {
-            transient: samples(TRANSIENT_WINDOW),
-            longest: samples(LONGEST_IMPACT),
-            release: samples(RELEASE),
-            new_zero: samples(NEW_ZERO_AFTER),
-            filter_delay: samples(FILTER_DELAY),
-            healthy: samples(HEALTHY) as u32,
-        }
-    }
-}
-
-#[expect(clippy::large_enum_variant, reason = "no allocation")]
-enum Phase {
-    /// No sample has come yet under this chain.
-    Start,
-    /// Nothing touches.
-    Idle,
-    /// An impact is open.
-    Open(OpenImpact),
-    /// An impact has outlasted the longest time, and the force is still there.
-    Waiting(Waiting),
-}
-
-struct OpenImpact {
-    onset: Onset,
-    flags: Flags,
-    noise: f32,
-    baseline: Baseline,
-    effective_mass: Option<(Kilogram, Option<u32>)>,
-    filter: Causal,
-    filtered: f32,
-    quasi_static: Option<f32>,
-    last_touch: u64,
-    curve_end: u64,
-    /// Sum of the forces after the curve's end, N; whole groups are added to keep the rounding small.
-    group_sum: f32,
-    sum_after_curve: f32,
-}
-
-struct Waiting {
-    filter: Causal,
-    /// Force around which it stands still, N, and since when.
-    level: f32,
-    steady_since: u64,
-    /// Last sample at which the force was above the threshold.
-    touched: u64,
 }
 
 impl<const N: usize> Detector<N> {
@@ -549,46 +490,6 @@ impl<const N: usize> Detector<N> {
             self.set_threshold();
         }
     }
-}
-
-impl OpenImpact {
-    #[inline]
-    fn take(&mut self, rest: f32, index: u64, group_ends: bool, release_level: f32, spans: &Spans) {
-        self.filtered = self.filter.step(rest);
-        if self.filtered > release_level {
-            self.last_touch = index;
-        }
-        if index >= self.onset.noticed_at + spans.transient + spans.filter_delay {
-            self.quasi_static = Some(self.quasi_static.unwrap_or(self.filtered).max(self.filtered));
-        }
-        if index >= self.curve_end {
-            self.group_sum += rest;
-            if group_ends {
-                self.sum_after_curve += self.group_sum;
-                self.group_sum = 0.0;
-            }
-        }
-    }
-}
-
-impl Waiting {
-    #[inline]
-    fn take(&mut self, rest: f32, index: u64, release_level: f32) {
-        let filtered = self.filter.step(rest);
-        if filtered > release_level {
-            self.touched = index;
-        }
-        if !((filtered - self.level).abs() <= release_level) {
-            self.level = filtered;
-            self.steady_since = index;
-        }
-    }
-}
-
-/// The filter of the quasi-static force: the configured one, or 100 Hz where none is.
-fn causal_filter(configuration: &Configuration) -> Causal {
-    let corner = configuration.filter.corner().or(FilterProfile::IsoPas5672.corner()).unwrap_or(Hertz(100.0));
-    Causal::new(corner, configuration.chain.sample_rate)
 }
 
 fn milliseconds(samples: u64, sample_rate: Hertz) -> u32 {

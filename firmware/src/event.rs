@@ -25,7 +25,8 @@ bitflags::bitflags! {
         const REBOUND = 1 << 5;
         /// The contact was still held when the transient window ended.
         const HELD = 1 << 6;
-        /// The contact outlasted the longest impact that is followed, or the captured curve ends inside it.
+        /// The contact outlasted the longest impact that is followed, or the impact had more contacts than events. A held
+        /// contact that merely outlasts the captured curve is not truncated: its force and impulse are followed live.
         const TRUNCATED = 1 << 7;
         /// No quasi-static verdict: the chain's time constant is too short to hold a static force.
         const NO_QUASI_STATIC = 1 << 8;

@@ -26,6 +26,10 @@ use core::f32::consts::TAU;
 
 use crate::units::Hertz;
 
+pub use self::baseline::{Baseline, BaselineTone};
+
+mod baseline;
+
 /// Fastest zero that is followed once settled, N/s, as slope and again as correction.
 pub const ZERO_RATE_LIMIT: f32 = 0.1;
 /// Blocks of 0.1 s until everything is settled after power-up.
@@ -92,49 +96,6 @@ impl Tone {
         let correction = 1.5 - 0.5 * (self.cosine * self.cosine + self.sine * self.sine);
         self.cosine *= correction;
         self.sine *= correction;
-    }
-}
-
-/// The idle signal as known at one instant, to be removed from samples around it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Baseline {
-    /// Sample to which the values refer.
-    pub origin: u64,
-    /// Zero at the origin, N.
-    pub zero: f32,
-    /// Drift of the zero, N per sample.
-    pub slope: f32,
-    /// Mains tones.
-    pub tones: [BaselineTone; TONES],
-}
-
-/// A mains tone: `in_phase·cos(ω·n) + quadrature·sin(ω·n)`, n samples after the origin.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct BaselineTone {
-    /// Amplitude of the cosine, N.
-    pub in_phase: f32,
-    /// Amplitude of the sine, N.
-    pub quadrature: f32,
-    /// ω, radians per sample.
-    pub radians_per_sample: f32,
-}
-
-impl Baseline {
-    /// The idle signal `n` samples after the origin, N.
-    #[must_use]
-    pub fn at(&self, n: f32) -> f32 {
-        let tones: f32 = self.tones.iter().map(|tone| tone.at(n)).sum();
-        self.zero + self.slope * n + tones
-    }
-}
-
-impl BaselineTone {
-    fn at(&self, n: f32) -> f32 {
-        if self.in_phase == 0.0 && self.quadrature == 0.0 {
-            return 0.0;
-        }
-        let phase = self.radians_per_sample * n;
-        self.in_phase * libm::cosf(phase) + self.quadrature * libm::sinf(phase)
     }
 }
 

@@ -23,6 +23,7 @@ use self::contacts::{Contact, Contacts};
 use self::flank::{Direction, Flank};
 use self::force::Force;
 
+mod arc;
 mod contacts;
 mod flank;
 mod force;
@@ -72,7 +73,7 @@ pub fn evaluate(curve: &impl Curve, context: &ImpactContext, first_number: u32) 
         let mut flags = context.flags;
         flags.set(Flags::REBOUND, index > 0);
         flags.set(Flags::HELD, last && context.flags.contains(Flags::HELD));
-        flags.set(Flags::TRUNCATED, flags.contains(Flags::TRUNCATED) && last || last && contacts.further > 0);
+        flags.set(Flags::TRUNCATED, last && (context.flags.contains(Flags::TRUNCATED) || contacts.further > 0));
         let event = judge(context, curve.first_index(), raw, &filtered, index, flags, first_number);
         let _ = events.push(event);
     }
@@ -230,10 +231,11 @@ fn judge(
     let peak = Newton(finite(filtered.contacts[index]));
     let transient = if index == 0 { Newton(finite(filtered.transient)) } else { peak };
     let held = flags.contains(Flags::HELD);
-    let later = context.quasi_static.map(|force| force.0.max(filtered.later));
+    // As far as the curve goes without phase, after it through the detector's causal filter.
+    let later = context.quasi_static.map_or(f32::NEG_INFINITY, |force| force.0).max(filtered.later);
     let measured = Measured {
         transient,
-        quasi_static: if held { later.map(|force| Newton(finite(force))) } else { None },
+        quasi_static: (held && later.is_finite()).then_some(Newton(later)),
         held: Second(duration),
         peak,
         noise: context.noise,

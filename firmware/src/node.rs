@@ -315,8 +315,13 @@ impl<const N: usize> CanOpenNode<N> {
             return;
         }
         loop {
-            // An event goes out whole or waits in the log.
-            if self.shared.with_outbox(|outbox| outbox.room()) < PARTS {
+            // An event goes out whole or waits in the log; and it waits for the one before, because the outbox goes by
+            // identifier: the first parts of a burst would overtake the last parts of what happened earlier.
+            let ids = self.objects.tpdos.map(|pdo| pdo.id());
+            let may = self.shared.with_outbox(|outbox| {
+                outbox.room() >= PARTS && ids[1..].iter().flatten().all(|id| outbox.waiting(*id) == 0)
+            });
+            if !may {
                 return;
             }
             let (event, first, last) = self.shared.log.lock(|log| {
@@ -422,6 +427,55 @@ mod tests {
         assert_eq!(node.objects.time, TimeReceived { milliseconds: 10_000, days: 0x1234, index: 0 });
         node.receive(&Frame::new(0x100, &[0; 5]).unwrap(), 0);
         assert_eq!(node.objects.time.days, 0x1234, "a short one is no time");
+    }
+
+    fn event(impact: u32) -> crate::event::Event {
+        use crate::event::{Event, Flags, Severity};
+        use crate::units::{Newton, NewtonSecond, SampleInstant, Second};
+        Event {
+            number: 0,
+            impact,
+            contact: 0,
+            flags: Flags::empty(),
+            contact_instant: SampleInstant::default(),
+            peak_instant: SampleInstant::default(),
+            raw_peak: Newton(10.0),
+            peak: Newton(9.0),
+            impulse: NewtonSecond(0.1),
+            duration: Second(0.02),
+            noise: Newton(0.1),
+            severity: Severity::default(),
+            configuration_revision: 1,
+            configuration_hash: 1,
+        }
+    }
+
+    #[test]
+    fn a_burst_of_events_is_sent_whole_and_what_left_the_log_is_counted() {
+        let (mut node, shared) = node();
+        node.receive(&Frame::new(0, &[1, 0]).unwrap(), 0);
+        node.poll(0);
+        sent(shared);
+        let fill = |count: u32| {
+            for impact in 0..count {
+                shared.log.lock(|log| log.borrow_mut().push(event(impact)));
+            }
+        };
+        fill(40);
+        let mut assembly = frame::Assembly::new();
+        let mut numbers = Vec::new();
+        loop {
+            node.poll(0);
+            let Some(frame) = shared.with_outbox(|outbox| outbox.pop()) else { break };
+            if let Some((part, _)) = Part::of(frame.id) {
+                numbers.extend(assembly.push(part, frame.bytes()).unwrap().map(|event| event.number));
+            }
+        }
+        assert_eq!((numbers, assembly.incomplete()), ((1..=40).collect(), 0));
+        assert_eq!(shared.with_outbox(|outbox| outbox.losses()), crate::outbox::Losses::default());
+        fill(crate::shared::EVENTS as u32 + 7);
+        node.poll(0);
+        assert_eq!(shared.counters().not_sent, 7);
     }
 
     #[test]

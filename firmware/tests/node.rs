@@ -94,7 +94,7 @@ fn a_configuration_takes_effect_as_a_whole_and_survives_the_power() {
     let flash = Flash::new();
     let hash = with_sensor(&flash, async |master| {
         assert_eq!(master.write(index::JUDGEMENT, 4, &10.0f32.to_le_bytes()).await, Err(TOO_LOW));
-        assert_eq!(master.read_u32(index::REFUSAL, 2).await, 0x2000_04);
+        assert_eq!(master.read_u32(index::REFUSAL, 2).await, 0x2000 << 8 | 4);
         assert_eq!(master.read(index::REFUSAL, 4).await.unwrap(), 1_000.0f32.to_le_bytes());
         assert_eq!(master.write(index::JUDGEMENT, 1, &[13]).await, Err(INVALID));
         assert_eq!(master.write(index::JUDGEMENT, 1, &[1, 2]).await, Err(TOO_LONG));
@@ -164,7 +164,11 @@ fn a_blow_is_alarmed_told_logged_and_recorded() {
         assert_eq!(master.read(index::EVENT_LOG, 5).await, Err(Abort(0x0800_0024)));
 
         let slot = master.slot_of(event.impact).await;
+        let begun = embassy_time::Instant::now();
         let by_blocks = master.read_by_blocks(slot, 12, 127).await.unwrap();
+        let taken = begun.elapsed();
+        // A frame of 130 bits carries 7 bytes: 0.53 s is the least for a full capture of 28 KiB at 1 Mbit/s.
+        assert!(taken < Duration::from_millis(1_000), "the download took {taken} of bus time");
         let by_segments = master.read(slot, 12).await.unwrap();
         assert_eq!(by_blocks, by_segments);
         assert_eq!(by_blocks.len() as u32, 2 * master.read_u32(slot, 4).await);
@@ -378,5 +382,36 @@ fn bus_off_ends_after_a_growing_pause_and_the_watchdog_is_petted_meanwhile() {
         }
         let pets = master.wires.borrow().pets.clone();
         assert!(pets.windows(2).all(|pair| pair[1] - pair[0] <= Duration::from_millis(120)));
+    });
+}
+
+#[test]
+fn a_configuration_applied_inside_an_impact_waits_for_its_end_and_so_does_flash() {
+    with_sensor(&Flash::new(), async |master| {
+        master.nmt(START);
+        master.wait(SETTLED).await;
+        master.blow(20, 60.0);
+        assert!(master.expect(0x020, 100).await.is_some());
+        master.write(index::JUDGEMENT, 1, &[5]).await.unwrap();
+        master.write(index::TRANSACTION, 1, &[APPLY]).await.unwrap();
+        assert_eq!(master.read(index::DETECTOR, 5).await.unwrap(), [1], "the impact is open");
+        assert_eq!(master.read(index::TRANSACTION, 2).await.unwrap(), [2], "applied, not stored");
+        while master.read(index::DETECTOR, 5).await.unwrap() == [1] {
+            assert_eq!(master.read(index::TRANSACTION, 2).await.unwrap(), [2], "nothing is written meanwhile");
+            master.wait(20).await;
+        }
+        master.wait(100).await;
+        assert_eq!(master.read(index::TRANSACTION, 2).await.unwrap(), [0], "stored");
+        master.blow(20, 60.0);
+        master.wait(1_500).await;
+        let mut revisions = Vec::new();
+        for number in 1..=2u32 {
+            master.write(index::EVENT_LOG, 4, &number.to_le_bytes()).await.unwrap();
+            let event = event_record::decode(&master.read(index::EVENT_LOG, 5).await.unwrap()).unwrap();
+            revisions.push((event.configuration_revision, event.severity.verdict));
+        }
+        assert_eq!(revisions[0], (0, Verdict::None), "judged by what held when it began");
+        assert_eq!(revisions[1].0, 1);
+        assert_ne!(revisions[1].1, Verdict::None);
     });
 }

@@ -105,6 +105,16 @@ fn a_dip_shorter_than_the_gap_is_one_contact() {
     assert!((event.duration.0 - 0.042).abs() < 1e-3, "{}", event.duration.0);
 }
 
+#[test]
+fn a_piece_that_swings_after_the_robot_has_left_is_no_rebound() {
+    let mut bench = settled(configuration(RATE));
+    // 0.2 kg on 25 N/mm: 56 Hz.
+    let swing =
+        |u: f64| if u > 0.0 { -40.0 * (-u / 0.14).exp() * (std::f64::consts::TAU * 56.0 * u).sin() } else { 0.0 };
+    bench.run(1.5, &QUIET, |t| blow(1.2)(t) + swing(t - 1.23));
+    assert!((one(&bench).raw_peak.0 - 200.0).abs() < 1.0);
+}
+
 /// A contact that is pressed on for two seconds: transient peak, plateau, release.
 fn press(t: f64) -> f64 {
     let plateau = if (1.21..3.2).contains(&t) { 80.0 } else { 0.0 };
@@ -384,4 +394,14 @@ fn numbers_that_go_back_end_the_impact_and_start_over() {
     bench.next = 8;
     bench.run(1.0, &QUIET, |_| 0.0);
     assert!(bench.sensor.settled());
+}
+
+/// The board has 96 KiB for everything; two curves are 56 KiB of it.
+#[test]
+fn what_the_detector_knows_is_small() {
+    let detector = size_of::<thud_firmware::detector::Detector<CAPTURE>>();
+    let captures = size_of::<thud_firmware::capture::Captures<CAPTURE>>();
+    assert!(captures < 2 * 2 * CAPTURE + 256, "captures take {captures} bytes");
+    assert!(detector < 2048, "the detector takes {detector} bytes");
+    assert!(size_of::<thud_firmware::detector::Signals>() < 4096);
 }

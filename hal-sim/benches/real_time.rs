@@ -9,7 +9,9 @@ use thud_firmware::board::{BLOCK, ResetCause, Samples as _, Watchdog as _};
 use thud_sim::board::{BoardSettings, Life, Parts, firmware};
 use thud_sim::bus::BitRate;
 use thud_sim::chain::{ChainSettings, MeasuringChain};
-use thud_sim::force::{ForceSource, Untouched};
+use thud_sim::force::Blows;
+use thud_sim::mechanism::Effect;
+use thud_sim::rig::{Accuracy, Approach, Quantity, Rig};
 use thud_sim::world::World;
 
 const SAMPLE_RATE: f64 = 20_000.0;
@@ -20,9 +22,14 @@ fn main() {
     println!("{VIRTUAL_S} s of virtual time at {SAMPLE_RATE} samples a second, best of {RUNS} runs");
     println!("{:<52} {:>10} {:>14}", "", "ns/sample", "x real time");
     report("measuring chain alone", chain);
-    report("ADC and a program that only reads blocks", || world(&Untouched, reader));
-    report("firmware with all tasks and bus, rig idle", || world(&Untouched, firmware));
-    report("the same, an impact every second", || world(&knocks, firmware));
+    report("ADC and a program that only reads blocks", || world(reader, |_, _| ()));
+    report("firmware with all tasks and bus, rig idle", || world(firmware, |_, _| ()));
+    report("the same, a rig of two masses struck every second", || {
+        world(firmware, |second, blows| strike(second, blows, &[]))
+    });
+    report("the same with damping and a moving piece", || {
+        world(firmware, |second, blows| strike(second, blows, &DAMPED_PIECE))
+    });
 }
 
 fn report(what: &str, run: impl Fn()) {
@@ -46,11 +53,13 @@ fn chain() {
     }
 }
 
-fn world(force: &(impl ForceSource + Clone + 'static), program: fn(Parts) -> Life) {
+fn world(program: fn(Parts) -> Life, each_second: fn(u64, &Blows)) {
     let mut world = World::new(BitRate::MEGABIT, 1);
     let host = world.bus().attach_host("host");
-    world.add_board(BoardSettings::new(1, 1).with_chain(ChainSettings::workshop()), force.clone(), program);
+    let blows = Blows::new();
+    world.add_board(BoardSettings::new(1, 1).with_chain(ChainSettings::workshop()), blows.clone(), program);
     for second in 1..=VIRTUAL_S {
+        each_second(second, &blows);
         world.run_until(Instant::from_secs(second)).expect("the firmware lives");
         while let Some(arrival) = host.receive() {
             std::hint::black_box(arrival);
@@ -58,10 +67,20 @@ fn world(force: &(impl ForceSource + Clone + 'static), program: fn(Parts) -> Lif
     }
 }
 
-/// A half sine of 30 ms and 150 N every second, from the fifth on: 25 N/mm struck by 6 kg.
-fn knocks(at_s: f64) -> f64 {
-    let since_s = at_s.fract();
-    if at_s > 5.0 && since_s < 0.030 { 150.0 * (std::f64::consts::PI * since_s / 0.030).sin() } else { 0.0 }
+const DAMPED_PIECE: [&str; 2] = ["hunt-crossley-damping", "moving-piece-inertia"];
+
+/// From the fifth second on a robot of 6 kg hits 25 N/mm behind a pad, at 0.1 to 0.5 m/s; the rig is integrated here.
+fn strike(second: u64, blows: &Blows, effects: &[&str]) {
+    if second < 5 {
+        return;
+    }
+    let approach = Approach::new(0.1 * (1 + second % 5) as f64, 6.0);
+    let effects: Vec<_> = effects.iter().map(|id| Effect::new(id, &[]).expect("listed")).collect();
+    let rig = Rig::impact(25e3).with_pad(80e3);
+    let impact = rig.strike(&approach, &effects, 0.3, Accuracy::default()).expect("a usual rig");
+    let times_s: Vec<_> = (0..6_000).map(|index| f64::from(index) / SAMPLE_RATE).collect();
+    let contact_s = (second - 1) as f64 + 0.2;
+    blows.strike_sampled(contact_s, SAMPLE_RATE, impact.sample(Quantity::CellForce, &times_s));
 }
 
 fn reader(parts: Parts) -> Life {

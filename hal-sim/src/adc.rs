@@ -34,6 +34,7 @@ pub struct Converter {
     next: u64,
     gaps: VecDeque<Gap>,
     lost: u64,
+    hangs: bool,
 }
 
 #[derive(Clone, Copy)]
@@ -48,13 +49,14 @@ impl Converter {
     pub fn new(chain: MeasuringChain, force: impl ForceSource + 'static) -> Self {
         let period_us = 1e6 / f64::from(chain.sample_rate().0);
         let force = Box::new(force);
-        Self { chain, force, started: Instant::MIN, period_us, next: 0, gaps: VecDeque::new(), lost: 0 }
+        Self { chain, force, started: Instant::MIN, period_us, next: 0, gaps: VecDeque::new(), lost: 0, hangs: false }
     }
 
     /// Begins with sample 0 at `now`.
     pub fn start(&mut self, now: Instant) {
         self.started = now;
         self.next = 0;
+        self.hangs = false;
     }
 
     /// The chain, to break and mend it.
@@ -66,6 +68,11 @@ impl Converter {
     /// if the ring had been lapped.
     pub fn lose(&mut self, at: u64, samples: u32) {
         self.gaps.push_back(Gap { at, samples });
+    }
+
+    /// Stops handing on samples until the next start, as when the trigger timer or the DMA stands still.
+    pub fn hang(&mut self) {
+        self.hangs = true;
     }
 
     /// Samples lost since the board exists.
@@ -142,6 +149,9 @@ impl Samples for Adc {
             converter.in_memory(converter.next + BLOCK as u64 - 1)
         };
         Timer::at(complete).await;
+        if self.converter.borrow().hangs {
+            std::future::pending::<()>().await;
+        }
         let mut converter = self.converter.borrow_mut();
         let lost = converter.injected_gap().map_or_else(|| converter.lapped(Instant::now()), u64::from);
         if lost > 0 {

@@ -213,6 +213,11 @@ impl Board {
         self.converter.borrow_mut().lose(at, samples);
     }
 
+    /// Makes its ADC stand still until the next reset; see [`Converter::hang`].
+    pub fn hang_adc(&self) {
+        self.converter.borrow_mut().hang();
+    }
+
     /// Samples lost since it exists.
     #[must_use]
     pub fn lost_samples(&self) -> u64 {

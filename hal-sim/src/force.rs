@@ -8,8 +8,8 @@ use std::rc::Rc;
 ///
 /// Asked for in slices, because one call for each sample would cost more than the sample.
 pub trait ForceSource {
-    /// Writes the force at the cell: element `i` of `newtons` is the force, in N, at `first_s + i·period_s`, in seconds of
-    /// the world's time.
+    /// Writes the force at the cell: element `i` of `newtons` is the force, in N, at `first_s + i·period_s`, in
+    /// seconds of the world's time.
     ///
     /// Instants never go backwards from call to call; they may skip, when a board was off.
     fn fill(&mut self, first_s: f64, period_s: f64, newtons: &mut [f64]);
@@ -56,13 +56,14 @@ impl Blows {
         Self::default()
     }
 
-    /// Orders a blow that begins at `begins_s`, seconds of the world's time, and lasts `lasts_s`. What would have been before
-    /// the present is missed.
+    /// Orders a blow that begins at `begins_s`, seconds of the world's time, and lasts `lasts_s`. What would have been
+    /// before the present is missed.
     pub fn strike(&self, begins_s: f64, lasts_s: f64, pulse: impl FnMut(f64) -> f64 + 'static) {
         self.ordered.borrow_mut().push_back(Blow { begins_s, lasts_s, pulse: Box::new(pulse) });
     }
 
-    /// Orders a blow from its samples, `rate_per_s` of them a second, the first one at `begins_s`; straight lines between.
+    /// Orders a blow from its samples, `rate_per_s` of them a second, the first one at `begins_s`; straight lines
+    /// between.
     pub fn strike_sampled(&self, begins_s: f64, rate_per_s: f64, newtons: Vec<f64>) {
         let lasts_s = newtons.len().saturating_sub(1) as f64 / rate_per_s;
         self.strike(begins_s, lasts_s, move |since_s| interpolated(&newtons, since_s * rate_per_s));

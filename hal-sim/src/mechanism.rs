@@ -23,15 +23,21 @@
 //!
 //! A new site (say, a second robot joint) is a change of the assembly; a new mechanism at a known site is not.
 
+mod air_drag;
+mod collision_reaction;
 mod effect;
 mod end_stop;
 mod guide_friction;
 mod hunt_crossley_damping;
 mod joint_elasticity;
+mod load_dependent_friction;
 mod moving_piece_inertia;
+mod pad_relaxation;
 mod parameter;
 mod piezo_discharge;
 mod robot_push;
+mod stiction;
+mod viscous_damping;
 
 use crate::rig::Assembly;
 
@@ -41,12 +47,18 @@ pub use parameter::{Parameter, Scale};
 /// Every mechanism, in the order of the campaign contract.
 pub static LIST: &[&Mechanism] = &[
     &hunt_crossley_damping::MECHANISM,
+    &viscous_damping::MECHANISM,
+    &pad_relaxation::MECHANISM,
     &end_stop::MECHANISM,
     &guide_friction::MECHANISM,
+    &load_dependent_friction::MECHANISM,
+    &stiction::MECHANISM,
     &moving_piece_inertia::MECHANISM,
     &joint_elasticity::MECHANISM,
     &robot_push::MECHANISM,
+    &collision_reaction::MECHANISM,
     &piezo_discharge::MECHANISM,
+    &air_drag::MECHANISM,
 ];
 
 /// What is known of one mechanism, and how it enters a rig.

@@ -6,7 +6,27 @@
 //! ```
 //!
 //! The world runs only inside its `run_…` methods. Between them a host sends and collects frames through its
-//! [`HostPort`], orders blows, breaks cables, cuts power. To live in real time, call [`World::advance_to`] with the time that has passed.
+//! [`HostPort`], orders blows, breaks cables, cuts power. To live in real time, call [`World::advance_to`] with the
+//! time that has passed.
+//!
+//! ```
+//! use embassy_time::Duration;
+//! use thud_firmware::board::{Frame, Received};
+//! use thud_sim::{board::{BoardSettings, firmware}, bus::BitRate, force::Blows, world::World};
+//!
+//! # fn main() -> Result<(), thud_sim::time::Stuck> {
+//! let mut world = World::new(BitRate::MEGABIT, 1);
+//! let host = world.bus().attach_host("host");
+//! let blows = Blows::new();
+//! world.add_board(BoardSettings::new(1, 1), blows.clone(), firmware);
+//! // The first frame is the boot-up message of node 0x20.
+//! let arrival = world.run_until_arrival(&host, world.now() + Duration::from_secs(1))?;
+//! assert_eq!(arrival.map(|arrival| arrival.received), Some(Received::Frame(Frame { id: 0x720, len: 1, data: [0; 8] })));
+//! // A blow of 20 ms and 100 N, 7 s after the start of the world.
+//! blows.strike(7.0, 0.020, |since_s| 100.0 * (std::f64::consts::PI * since_s / 0.020).sin());
+//! world.run_for(Duration::from_secs(10))
+//! # }
+//! ```
 
 use embassy_time::{Duration, Instant};
 use thud_firmware::board::ResetCause;
@@ -132,8 +152,8 @@ impl World {
         }
     }
 
-    /// Lets everything happen that is to happen now, then jumps to the next event, `limit` at the latest. Gives whether there is more
-    /// to do before `limit`.
+    /// Lets everything happen that is to happen now, then jumps to the next event, `limit` at the latest. Gives whether
+    /// there is more to do before `limit`.
     ///
     /// # Errors
     /// As [`Self::run_until`].

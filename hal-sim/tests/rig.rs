@@ -345,3 +345,90 @@ fn impossible_rigs_are_refused() {
     assert!(refused(Rig::impact(25e3), Approach::new(0.2, 0.0)).contains("effective mass is 0 kg"));
     assert!(refused(Rig::impact(25e3), Approach::new(f64::INFINITY, 6.0)).contains("speed"));
 }
+
+/// From rest v = v_t·tanh(g·t/v_t), v_t = √(m·g/c).
+#[test]
+fn a_fall_in_air_follows_the_hyperbolic_tangent() {
+    let (mass, drag) = (0.06_f64, 0.005);
+    let effect = "air-drag:coefficient_kg_per_m=0.005".parse().unwrap();
+    let impact = Rig::fall().strike(&Approach::new(0.0, mass), &[effect], 2.0, Accuracy::default()).unwrap();
+    let gravity = thud_sim::rig::STANDARD_GRAVITY_M_PER_S2;
+    let terminal = (mass * gravity / drag).sqrt();
+    for time in [0.05, 0.4, 1.1, 2.0] {
+        let expected = terminal * (gravity * time / terminal).tanh();
+        assert_near("speed", impact.value(Quantity::Velocity, time), expected, 1e-6);
+    }
+}
+
+/// On a bare spring, kx + c·ẋ: the force begins with c·v0 and the contact ends while the spring is still pressed.
+#[test]
+fn a_dashpot_begins_with_a_step() {
+    let (k, mass, speed, damping) = (40e3_f64, 6.0, 0.3, 60.0);
+    let impact = strike(&Rig::impact(k), speed, mass, &["viscous-damping:damping_Ns_per_m=60"], 0.2);
+    let (pulsation, decay) = ((k / mass).sqrt(), damping / 2.0 / mass);
+    let damped = (pulsation * pulsation - decay * decay).sqrt();
+    let force = |time: f64| {
+        let (sin, cos) = (damped * time).sin_cos();
+        let x = speed / damped * sin;
+        let v = speed * (cos - decay / damped * sin);
+        (-decay * time).exp() * (k * x + damping * v)
+    };
+    for time in [0.0, 0.001, 0.01, 0.02, 0.03] {
+        assert_near("force", impact.force_n(time), force(time), 1e-4);
+    }
+    let end = impact.contact_intervals()[0].1.unwrap();
+    assert_near("no force at separation", force(end), 0.0, 1e-4);
+    assert!(impact.value(Quantity::Position, end) > 0.0);
+    assert_eq!(impact.contact_intervals().len(), 1);
+}
+
+/// τ → 0 relaxes at once to k, τ → ∞ never: k(1 + κ).
+#[test]
+fn a_relaxing_pad_lies_between_its_two_stiffnesses() {
+    let rig = Rig::impact(25e3).with_pad(80e3);
+    let peak = |tau: f64| {
+        let effect = format!("pad-relaxation:ratio=0.5,time_constant_s={tau}");
+        strike(&rig, 0.3, 6.0, &[&effect], 0.1).truth().contacts[0]
+    };
+    let ideal = |pad: f64| 0.3 * (6.0 * Rig::impact(25e3).with_pad(pad).effective_stiffness_n_per_m()).sqrt();
+    assert_near("at once", peak(1e-4).peak_n, ideal(80e3), 0.005 * ideal(80e3));
+    assert_near("never", peak(100.0).peak_n, ideal(120e3), 1e-3 * ideal(120e3));
+    assert!(peak(0.01).loss_j > 10.0 * peak(100.0).loss_j);
+}
+
+/// A load-dependent loop: on a bare spring P = kx/(1 ∓ μ), so that the work out over the work in is (1−μ)/(1+μ).
+#[test]
+fn friction_that_grows_with_load_returns_a_fixed_part_of_the_energy() {
+    let impact = strike(&Rig::impact(25e3), 0.3, 6.0, &["load-dependent-friction:coefficient=0.05"], 0.2);
+    let contact = impact.truth().contacts[0];
+    let returned = (contact.speed_after_m_per_s / 0.3).powi(2);
+    assert_near("returned", returned, 0.95 / 1.05, 1e-6);
+}
+
+/// What breaks loose jumps: at the first moment of sliding the friction falls from F_s to F_c.
+#[test]
+fn stiction_lets_go_with_a_jump() {
+    let rig = Rig::impact(25e3).with_pad(80e3);
+    let impact = strike(&rig, 0.25, 6.0, &["stiction:force_N=4,static_ratio=1.5"], 0.2);
+    let friction: Vec<f64> = (0..2000).map(|part| impact.value(Quantity::Friction, f64::from(part) * 1e-6)).collect();
+    let most = friction.iter().copied().fold(0.0, f64::max);
+    assert_near("held", most, 6.0, 0.03);
+    assert_near("slides", friction[1999], 4.0, 1e-9);
+}
+
+/// Nothing is different until the threshold and the delay are over; impacts below the threshold never are.
+#[test]
+fn a_reaction_comes_after_its_threshold_and_its_delay() {
+    let rig = Rig::impact(25e3);
+    let reaction = "collision-reaction:force_N=80,threshold_N=60,delay_s=0.01";
+    let (k, mass, speed) = (25e3_f64, 6.0, 0.3);
+    let ideal = strike(&rig, speed, mass, &[], 0.2);
+    let impact = strike(&rig, speed, mass, &[reaction], 0.2);
+    let pulsation = (k / mass).sqrt();
+    let acts = (60.0 / (speed * (k * mass).sqrt())).asin() / pulsation + 0.01;
+    assert_near("just before", impact.force_n(acts - 1e-5), ideal.force_n(acts - 1e-5), 1e-4);
+    let jump = impact.value(Quantity::Acceleration, acts + 1e-6) - impact.value(Quantity::Acceleration, acts - 1e-6);
+    assert_near("jump of the acceleration", jump, -80.0 / mass, 0.02);
+    let gentle = strike(&rig, 0.1, mass, &[reaction], 0.2);
+    assert_eq!(gentle.truth().peak_n, strike(&rig, 0.1, mass, &[], 0.2).truth().peak_n);
+}

@@ -419,6 +419,7 @@ impl<const N: usize> View<'_, N> {
             let mut settings = settings.borrow_mut();
             if restore { settings.restore() } else { settings.apply() }
         })?;
+        self.node.heartbeat_ms = stamped.configuration.node.heartbeat_ms;
         self.shared.configure.signal(stamped);
         self.shared.store.signal(());
         Ok(())

@@ -4,11 +4,13 @@
 //! mean is above
 //!
 //! ```text
-//! max( onset threshold, 5 % of the highest force so far, fading with 0.25 s )
+//! max( onset threshold, 5 % of the highest force so far, 1.2 times the lowest pull so far )      the latter two fade with 0.25 s
 //! ```
 //!
 //! The first guards against noise, the second against what the blow leaves behind: a cell and its mount ring for
-//! a tenth of a second at a few per cent of the peak, both ways, so that their mean over 2 ms is lower still.
+//! a tenth of a second at a few per cent of the peak, both ways, so that their mean over 2 ms is lower still. The third
+//! guards against a moving piece that swings on its springs after the robot has left: it pulls before it pushes, and pushes
+//! less than it has pulled. A robot cannot pull.
 //!
 //! Two contacts are told apart when the force has been gone for 5 ms: half a period of the verdict filter's
 //! 100 Hz. What comes back sooner is one pulse to that filter, and to the limit it is compared with.
@@ -28,7 +30,9 @@ const GROUPS: usize = 8;
 pub const GAP: Second = Second(0.005);
 /// Share of the highest force so far that is taken for ringing.
 const RINGING: f32 = 0.05;
-/// Time in which that share fades to 1/e.
+/// A push up to this many times the pull before it is the same swing.
+const SWING: f32 = 1.2;
+/// Time in which both fade to 1/e.
 const FADING: Second = Second(0.25);
 
 /// One contact. Positions are samples from the curve's first one.
@@ -91,6 +95,7 @@ impl Contacts {
             means: [0.0; GROUPS],
             next: 0,
             highest_so_far: 0.0,
+            pull_so_far: 0.0,
             fade,
             threshold,
             gap_groups,
@@ -129,6 +134,7 @@ struct Search {
     means: [f32; GROUPS],
     next: usize,
     highest_so_far: f32,
+    pull_so_far: f32,
     fade: f32,
     threshold: f32,
     gap_groups: usize,
@@ -143,8 +149,9 @@ impl Search {
         self.means[self.next] = mean;
         self.next = (self.next + 1) % GROUPS;
         self.highest_so_far = (self.highest_so_far * self.fade).max(mean);
-        let level = self.threshold.max(RINGING * self.highest_so_far);
         let running = self.means.iter().sum::<f32>() / GROUPS as f32;
+        self.pull_so_far = (self.pull_so_far * self.fade).max(-running);
+        let level = self.threshold.max(RINGING * self.highest_so_far).max(SWING * self.pull_so_far);
         let end = at + self.group;
         let Some(contact) = &mut self.open else {
             if running > level {

@@ -17,7 +17,13 @@
 //! stretch that did is taken. So the model is trusted no further than noise demands and the data allow.
 //!
 //! The end of a contact is the same flank, read backward.
+//!
+//! **What it cannot know.** The instant is that of the force at the cell. A piece of mass m between the robot and the springs passes
+//! the force on as s·(u − sin(Ωu)/Ω), Ω² = (k_pad + k)/m: a short stretch then reads up to about 1/Ω after the touch (0.2 ms for
+//! 0.05 to 0.1 kg behind a hard pad, 0.5 to 1 ms for 0.1 kg behind a medium one). That is physics of the rig, not of the sensor,
+//! and is not guessed away here.
 
+use super::arc::{Normal, Shape};
 use super::force::{Force, PIECE};
 use crate::capture::Curve;
 
@@ -113,8 +119,7 @@ impl Flank {
         let mut length = (SHORTEST as f32).max(2.0 - first.begin).min(whole);
         let mut best: Option<Fitted> = None;
         let enough = ENOUGH * self.rate;
-        loop {
-            let Some(fitted) = self.fit(force, arc, length) else { break };
+        while let Some(fitted) = self.fit(force, arc, length) {
             let allowed = 1.0 + MISFIT / libm::sqrtf(fitted.points as f32);
             let fits = fitted.misfit <= allowed;
             if best.is_some() && !fits {
@@ -199,7 +204,7 @@ impl Flank {
             spread += from_centre * from_centre;
         }
         let slope = rise / spread;
-        if !(slope > 0.0) {
+        if slope <= 0.0 || slope.is_nan() {
             return None;
         }
         let begin = (centre - mean / slope).clamp(-(self.reach as f32), 0.5);
@@ -281,151 +286,5 @@ impl Flank {
             at += wanted;
         }
         (normal.points >= 3).then_some(normal)
-    }
-}
-
-/// sin(√p·x)/√p and its derivatives, as series: |p·x²| stays below 11, where nine terms are exact in `f32`.
-struct Shape {
-    value: f32,
-    by_x: f32,
-    by_curvature: f32,
-}
-
-impl Shape {
-    fn at(x: f32, p: f32) -> Self {
-        let z = -p * x * x;
-        let (mut sine, mut cosine, mut slope) = (0.0, 0.0, 0.0);
-        let mut k = 9.0;
-        // Horner: sine = Σ z^k/(2k+1)!, cosine = Σ z^k/(2k)!, slope = dsine/dz.
-        while k >= 1.0 {
-            slope = (sine + z * slope) / ((2.0 * k + 2.0) * (2.0 * k + 3.0));
-            sine = 1.0 + z * sine / ((2.0 * k + 2.0) * (2.0 * k + 3.0));
-            cosine = 1.0 + z * cosine / ((2.0 * k + 1.0) * (2.0 * k + 2.0));
-            k -= 1.0;
-        }
-        slope = (sine + z * slope) / 6.0;
-        sine = 1.0 + z * sine / 6.0;
-        cosine = 1.0 + z * cosine / 2.0;
-        Self { value: x * sine, by_x: cosine, by_curvature: -x * x * x * slope }
-    }
-}
-
-/// Normal equations for slope, curvature and begin.
-struct Normal {
-    matrix: [[f32; 3]; 3],
-    right: [f32; 3],
-    squares: f32,
-    points: usize,
-}
-
-impl Normal {
-    fn with_prior(distance: f32, deviation: f32) -> Self {
-        let weight = 1.0 / (deviation * deviation);
-        let mut normal = Self { matrix: [[0.0; 3]; 3], right: [0.0; 3], squares: 0.0, points: 0 };
-        normal.matrix[1][1] = weight;
-        normal.right[1] = weight * distance;
-        normal
-    }
-
-    fn add(&mut self, gradient: [f32; 3], residual: f32, variance: f32) {
-        for (row, g) in gradient.iter().enumerate() {
-            for (column, h) in gradient.iter().enumerate() {
-                self.matrix[row][column] += g * h / variance;
-            }
-            self.right[row] += g * residual / variance;
-        }
-        self.squares += residual * residual / variance;
-        self.points += 1;
-    }
-
-    /// Cholesky after scaling the diagonal to one, which keeps `f32` sufficient.
-    fn factor(&self) -> Option<([[f32; 3]; 3], [f32; 3])> {
-        let mut scale = [0.0; 3];
-        for (row, s) in scale.iter_mut().enumerate() {
-            let diagonal = self.matrix[row][row];
-            if !(diagonal > 0.0 && diagonal.is_finite()) {
-                return None;
-            }
-            *s = 1.0 / libm::sqrtf(diagonal);
-        }
-        let mut factor = [[0.0f32; 3]; 3];
-        for row in 0..3 {
-            for column in 0..=row {
-                let mut sum = self.matrix[row][column] * scale[row] * scale[column];
-                if row == column {
-                    sum += 1e-6;
-                }
-                for inner in 0..column {
-                    sum -= factor[row][inner] * factor[column][inner];
-                }
-                if row == column {
-                    if !(sum > 0.0) {
-                        return None;
-                    }
-                    factor[row][row] = libm::sqrtf(sum);
-                } else {
-                    factor[row][column] = sum / factor[column][column];
-                }
-            }
-        }
-        Some((factor, scale))
-    }
-
-    fn solve_for(&self, right: [f32; 3]) -> Option<[f32; 3]> {
-        let (factor, scale) = self.factor()?;
-        let mut x = [0.0f32; 3];
-        for row in 0..3 {
-            let mut sum = right[row] * scale[row];
-            for inner in 0..row {
-                sum -= factor[row][inner] * x[inner];
-            }
-            x[row] = sum / factor[row][row];
-        }
-        for row in (0..3).rev() {
-            let mut sum = x[row];
-            for inner in row + 1..3 {
-                sum -= factor[inner][row] * x[inner];
-            }
-            x[row] = sum / factor[row][row];
-        }
-        for row in 0..3 {
-            x[row] *= scale[row];
-        }
-        x.iter().all(|value| value.is_finite()).then_some(x)
-    }
-
-    fn solve(&self) -> Option<[f32; 3]> {
-        self.solve_for(self.right)
-    }
-
-    /// Variance of the begin, in squares of the stretch's length.
-    fn variance_of_begin(&self) -> Option<f32> {
-        self.solve_for([0.0, 0.0, 1.0]).map(|x| x[2].max(0.0))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_series_is_the_sine() {
-        for p in [-4.0f32, -0.5, 1e-6, 0.5, 3.0, 9.8] {
-            for x in [0.1f32, 0.5, 1.0] {
-                let shape = Shape::at(x, p);
-                let root = libm::sqrt(f64::from(p.abs()));
-                let argument = root * f64::from(x);
-                let (value, by_x) = if p > 0.0 {
-                    (libm::sin(argument) / root, libm::cos(argument))
-                } else {
-                    (libm::sinh(argument) / root, libm::cosh(argument))
-                };
-                assert!((f64::from(shape.value) - value).abs() < 1e-6, "{p} {x}");
-                assert!((f64::from(shape.by_x) - by_x).abs() < 1e-5, "{p} {x}");
-                let h = 1e-3;
-                let numeric = (Shape::at(x, p + h).value - Shape::at(x, p - h).value) / (2.0 * h);
-                assert!((shape.by_curvature - numeric).abs() < 2e-4, "{p} {x}");
-            }
-        }
     }
 }

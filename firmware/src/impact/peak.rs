@@ -127,11 +127,11 @@ impl Parabola {
 
     /// Place and height of the vertex, where it is a maximum inside the stretch.
     fn vertex(&self, half: f32) -> Option<(f32, f32)> {
-        if !(self.c < 0.0) {
+        if self.c >= 0.0 || self.c.is_nan() {
             return None;
         }
         let place = -0.5 * self.b / self.c;
-        (place.abs() <= half).then(|| (place, self.a + 0.5 * self.b * place))
+        (place.abs() <= half).then_some((place, self.a + 0.5 * self.b * place))
     }
 }
 

@@ -147,7 +147,10 @@ impl Impact {
             while stretch + 1 < stretches.len() && stretches[stretch].end_s <= *time_s {
                 stretch += 1;
             }
-            *value = self.inside(quantity, stretch, *time_s);
+            *value = match self.system.resting_n(&stretches[stretch].mode) {
+                Some(force_n) if quantity == Quantity::CellForce => force_n,
+                _ => self.inside(quantity, stretch, *time_s),
+            };
         }
     }
 

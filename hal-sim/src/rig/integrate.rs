@@ -7,14 +7,14 @@
 use differential_equations::error::Error;
 use differential_equations::interpolate::Interpolation;
 use differential_equations::linalg::Matrix;
-use differential_equations::methods::{ExplicitRungeKutta, ImplicitRungeKutta, Ordinary, Radau};
+use differential_equations::methods::{Adaptive, ExplicitRungeKutta, ImplicitRungeKutta, Ordinary, Radau};
 use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
 use differential_equations::status::Status;
 use differential_equations::tolerance::Tolerance;
 
 use super::assembly::Assembly;
 use super::impact::Impact;
-use super::motion::{MOST_EVENTS, Mode, PieceForm, System};
+use super::motion::{CONTACT_EVENT, MOST_EVENTS, MOST_STATES, Mode, PieceForm, System};
 use super::trajectory::Trajectory;
 use super::{Kind, RigError};
 
@@ -74,28 +74,95 @@ pub(super) fn integrate(assembly: Assembly, until_s: f64, accuracy: Accuracy) ->
     }
 }
 
-fn by_size<const N: usize>(system: System, until_s: f64, accuracy: Accuracy) -> Result<Impact, RigError> {
-    let mut absolute = system.tolerances(accuracy.force_n)[..N].to_vec();
-    absolute.truncate(N);
-    if system.form == PieceForm::Creeping {
-        let finer = (accuracy.relative / Accuracy::default().relative).powf(0.25);
-        let longest_s = RADAU_STEP_RADIANS * finer / system.pulsation_per_s();
-        follow::<N, RADAU_NODES, _>(system, until_s, || {
-            ImplicitRungeKutta::<Ordinary, Radau, f64, [f64; N], 5, 3, 3>::radau5()
-                .rtol(accuracy.relative * RADAU_SHARE)
-                .h_max(longest_s)
-                .filter(step_of_a_ladder)
-                .atol(Tolerance::Vector(absolute.clone()))
-        })
-    } else {
-        follow::<N, VERNER_NODES, _>(system, until_s, || {
-            ExplicitRungeKutta::rkv656e()
-                .rtol(accuracy.relative)
-                .atol(Tolerance::Vector(absolute.clone()))
-                .max_steps(MOST_STEPS)
+/// A fresh solver for each stretch between two events.
+enum Solver<const N: usize, R> {
+    Verner(Box<Verner<N>>),
+    /// The library does not let one name its type.
+    Radau(Box<R>),
+}
+
+type Verner<const N: usize> = ExplicitRungeKutta<Ordinary, Adaptive, f64, [f64; N], 6, 9, 12>;
+
+/// What both solvers can do, one after the other.
+macro_rules! either {
+    ($solver:expr, $method:ident => $value:expr) => {
+        match $solver {
+            Solver::Verner($method) => $value,
+            Solver::Radau($method) => $value,
+        }
+    };
+}
+
+/// A method for stretches that are not stiff.
+fn verner<const N: usize>(system: &System, accuracy: Accuracy) -> Verner<N> {
+    let absolute = Tolerance::Vector(system.tolerances(accuracy.force_n)[..N].to_vec());
+    ExplicitRungeKutta::rkv656e().rtol(accuracy.relative).atol(absolute).max_steps(MOST_STEPS)
+}
+
+/// A method for a massless piece that creeps while it is pressed.
+fn radau<const N: usize>(system: &System, accuracy: Accuracy) -> impl Method<N> + use<N> {
+    let absolute = Tolerance::Vector(system.tolerances(accuracy.force_n)[..N].to_vec());
+    let finer = (accuracy.relative / Accuracy::default().relative).powf(0.25);
+    let longest_s = RADAU_STEP_RADIANS * finer / system.pulsation_per_s();
+    ImplicitRungeKutta::<Ordinary, Radau, f64, [f64; N], 5, 3, 3>::radau5()
+        .rtol(accuracy.relative * RADAU_SHARE)
+        .atol(absolute)
+        .h0(0.01 * longest_s)
+        .max_scale(2.0)
+        .h_max(longest_s)
+        .filter(step_of_a_ladder)
+}
+
+/// What a method has to be able to do.
+trait Method<const N: usize>: OrdinaryNumericalMethod<f64, [f64; N]> + Interpolation<f64, [f64; N]> {}
+
+impl<const N: usize, M> Method<N> for M where M: OrdinaryNumericalMethod<f64, [f64; N]> + Interpolation<f64, [f64; N]> {}
+
+impl<const N: usize, R: Method<N>> Solver<N, R> {
+    /// How many equally spaced states determine a step's interpolant.
+    fn nodes(&self) -> usize {
+        match self {
+            Self::Verner(_) => VERNER_NODES,
+            Self::Radau(_) => RADAU_NODES,
+        }
+    }
+
+    fn init(&mut self, form: &Form<'_>, time_s: f64, stop_s: f64, state: &[f64; N]) -> Outcome<usize, N> {
+        either!(self, method => method.init(form, time_s, stop_s, state).map(|evaluations| evaluations.function))
+    }
+
+    /// Tries a step: how often the equations were evaluated, and whether the step is kept.
+    fn step(&mut self, form: &Form<'_>) -> Outcome<(usize, bool), N> {
+        either!(self, method => {
+            let evaluations = method.step(form)?.function;
+            let kept = !matches!(OrdinaryNumericalMethod::<f64, [f64; N]>::status(method.as_ref()), Status::RejectedStep);
+            Ok((evaluations, kept))
         })
     }
+
+    /// Begin and end of the last step.
+    fn ends_s(&self) -> (f64, f64) {
+        either!(self, method => (method.t_prev(), method.t()))
+    }
+
+    /// The states at the last step's equally spaced nodes.
+    fn sample(&mut self, nodes: &mut [[f64; N]]) -> Outcome<(), N> {
+        let (from_s, to_s) = self.ends_s();
+        let last = nodes.len() - 1;
+        nodes[0] = either!(self, method => *method.y_prev());
+        nodes[last] = either!(self, method => *method.y());
+        for (number, node) in nodes.iter_mut().enumerate().take(last).skip(1) {
+            *node = self.interpolate(from_s + (to_s - from_s) * number as f64 / last as f64)?;
+        }
+        Ok(())
+    }
+
+    fn interpolate(&mut self, time_s: f64) -> Outcome<[f64; N], N> {
+        either!(self, method => method.interpolate(time_s))
+    }
 }
+
+type Outcome<T, const N: usize> = Result<T, Error<f64, [f64; N]>>;
 
 /// Rounds a step down to a power of √2 seconds.
 ///
@@ -138,15 +205,21 @@ impl<const N: usize> ODE<f64, [f64; N]> for Form<'_> {
 /// What counts as a small position (m), velocity (m/s) or state of a law.
 const SMALL_STATE: f64 = 1e-4;
 
-/// `NODES` equally spaced states determine a step's interpolant.
-fn follow<const N: usize, const NODES: usize, Method>(
+fn by_size<const N: usize>(system: System, until_s: f64, accuracy: Accuracy) -> Result<Impact, RigError> {
+    follow(system, until_s, |system, mode| {
+        if system.form == PieceForm::Creeping && mode.touching {
+            Solver::Radau(Box::new(radau::<N>(system, accuracy)))
+        } else {
+            Solver::Verner(Box::new(verner::<N>(system, accuracy)))
+        }
+    })
+}
+
+fn follow<const N: usize, R: Method<N>>(
     system: System,
     until_s: f64,
-    method: impl Fn() -> Method,
-) -> Result<Impact, RigError>
-where
-    Method: OrdinaryNumericalMethod<f64, [f64; N]> + Interpolation<f64, [f64; N]>,
-{
+    solver_for: impl Fn(&System, &Mode) -> Solver<N, R>,
+) -> Result<Impact, RigError> {
     let (start, mode) = system.start();
     let mut state = [0.0; N];
     state.copy_from_slice(&start[..N]);
@@ -163,56 +236,48 @@ where
         let begun_s = time_s;
         let failed =
             move |error: Error<f64, [f64; N]>| RigError::Solver { time_s: begun_s, reason: reason(&error).to_owned() };
-        if !touched && let Some((moment_s, after)) = system.onset(time_s, &state, &form.mode) {
-            let mut nodes = [state; 2];
-            nodes[1].copy_from_slice(&after[..N]);
-            trajectory.push(time_s, moment_s, time_s + moment_s, &nodes, form.mode);
-            state = nodes[1];
-            time_s += moment_s;
+        if !touched && let Some(ramp) = system.onset(time_s, &state, &form.mode) {
+            pass_ramp(&mut trajectory, &mut time_s, &mut state, form.mode, ramp);
         }
-        let mut solver = method();
+        let mut solver = solver_for(&system, &form.mode);
         let stop_s = system.next_switch_s(&form.mode).min(until_s);
         if stop_s > time_s {
-            effort.evaluations += solver.init(&form, time_s, stop_s, &state).map_err(failed)?.function;
+            effort.evaluations += solver.init(&form, time_s, stop_s, &state).map_err(failed)?;
         }
         let mut event = None;
         while event.is_none() && time_s < stop_s {
-            effort.evaluations += solver.step(&form).map_err(failed)?.function;
-            if matches!(solver.status(), Status::RejectedStep) {
+            let (evaluations, kept) = solver.step(&form).map_err(failed)?;
+            effort.evaluations += evaluations;
+            if !kept {
                 effort.rejected += 1;
                 continue;
             }
             effort.steps += 1;
-            let (from_s, to_s) = (solver.t_prev(), solver.t());
+            let (from_s, to_s) = solver.ends_s();
             if to_s <= from_s {
                 return Err(RigError::Solver { time_s, reason: "the step became too small".to_owned() });
             }
-            let mut nodes = [[0.0; N]; NODES];
-            for (number, node) in nodes.iter_mut().enumerate() {
-                let at_s = if number + 1 == NODES {
-                    to_s
-                } else {
-                    from_s + (to_s - from_s) * number as f64 / (NODES - 1) as f64
-                };
-                *node = match number {
-                    0 => *solver.y_prev(),
-                    _ if number + 1 == NODES => *solver.y(),
-                    _ => solver.interpolate(at_s).map_err(failed)?,
-                };
-            }
+            let mut nodes = [[0.0; N]; VERNER_NODES];
+            let nodes = &mut nodes[..solver.nodes()];
+            solver.sample(nodes).map_err(failed)?;
             // The last step may go beyond the end of this form: its interpolant is cut there, as at an event.
-            event = first_event(&mut solver, &form, from_s, to_s, &nodes).filter(|(_, at_s)| *at_s <= stop_s);
+            event = first_event(&mut solver, &form, (from_s, to_s), nodes).filter(|(_, at_s)| *at_s <= stop_s);
             time_s = event.map_or(stop_s.min(to_s), |(_, at_s)| at_s);
-            trajectory.push(from_s, to_s - from_s, time_s, &nodes, form.mode);
-            state = if time_s < to_s { solver.interpolate(time_s).map_err(failed)? } else { *solver.y() };
+            trajectory.push(from_s, to_s - from_s, time_s, nodes, form.mode);
+            state = if time_s < to_s { solver.interpolate(time_s).map_err(failed)? } else { nodes[nodes.len() - 1] };
         }
         effort.events += 1;
         if effort.events > MOST_CHANGES {
             return Err(RigError::Chattering { time_s, most: MOST_CHANGES });
         }
         touched = form.mode.touching;
+        if matches!(event, Some((CONTACT_EVENT, _)))
+            && let Some(ramp) = system.closing(time_s, &state, &form.mode)
+        {
+            pass_ramp(&mut trajectory, &mut time_s, &mut state, form.mode, ramp);
+        }
         match event {
-            Some((number, at_s)) => system.pass(number, at_s, &mut state, &mut form.mode),
+            Some((number, _)) => system.pass(number, time_s, &mut state, &mut form.mode),
             None => system.switch(&mut form.mode, time_s),
         }
         match (touched, form.mode.touching) {
@@ -227,8 +292,22 @@ where
     }
     effort.events -= 1; // the end of the simulation is none
     debug_assert!(system.assembly.kind != Kind::Fall || intervals.is_empty());
-    drop(form);
     Ok(Impact::new(system, trajectory, intervals, until_s, effort))
+}
+
+/// The motion over a moment in which all states run straight to the given ones.
+fn pass_ramp<const N: usize>(
+    trajectory: &mut Trajectory,
+    time_s: &mut f64,
+    state: &mut [f64; N],
+    mode: Mode,
+    (moment_s, after): (f64, [f64; MOST_STATES]),
+) {
+    let mut nodes = [*state; 2];
+    nodes[1].copy_from_slice(&after[..N]);
+    trajectory.push(*time_s, moment_s, *time_s + moment_s, &nodes, mode);
+    *state = nodes[1];
+    *time_s += moment_s;
 }
 
 /// What the solver says, without the state that it prints at length.
@@ -244,33 +323,36 @@ fn reason<const N: usize>(error: &Error<f64, [f64; N]>) -> &'static str {
 
 /// The first event of a step and its instant: a margin that was positive at one node (or at the step's start, where
 /// rounding may have put it on either side of zero) and is negative at the next.
-fn first_event<const N: usize, const NODES: usize>(
-    solver: &mut impl Interpolation<f64, [f64; N]>,
+fn first_event<const N: usize, R: Method<N>>(
+    solver: &mut Solver<N, R>,
     form: &Form<'_>,
-    from_s: f64,
-    to_s: f64,
-    nodes: &[[f64; N]; NODES],
+    (from_s, to_s): (f64, f64),
+    nodes: &[[f64; N]],
 ) -> Option<(usize, f64)> {
     let mut before = [1.0; MOST_EVENTS];
     let mut after = [1.0; MOST_EVENTS];
     let count = form.system.margins(from_s, &nodes[0], &form.mode, &mut before);
-    let at_s = |number: usize| from_s + (to_s - from_s) * number as f64 / (NODES - 1) as f64;
-    for number in 1..NODES {
-        form.system.margins(at_s(number), &nodes[number], &form.mode, &mut after);
+    let at_s = |number: usize| from_s + (to_s - from_s) * number as f64 / (nodes.len() - 1) as f64;
+    for (number, node) in nodes.iter().enumerate().skip(1) {
+        form.system.margins(at_s(number), node, &form.mode, &mut after);
         let mut first: Option<(usize, f64)> = None;
         for event in 0..count {
             if after[event] < 0.0 {
                 let low_s = at_s(number - 1);
                 let mut margin = |time_s: f64| {
-                    let state = solver.interpolate(time_s.clamp(from_s, to_s)).unwrap_or(nodes[number]);
+                    let state = solver.interpolate(time_s.clamp(from_s, to_s)).unwrap_or(*node);
                     let mut margins = [1.0; MOST_EVENTS];
                     form.system.margins(time_s, &state, &form.mode, &mut margins);
                     margins[event]
                 };
-                let time_s = if before[event] <= 0.0 {
-                    low_s
+                let high_s = at_s(number).min(to_s);
+                let time_s = if before[event] > 0.0 {
+                    root(&mut margin, low_s, high_s, before[event], after[event])
                 } else {
-                    root(&mut margin, low_s, at_s(number).min(to_s), before[event], after[event])
+                    // It begins on the edge. It may leave it and be back before the next node: look closer and closer.
+                    let closer = (1..24).map(|halvings| low_s + (high_s - low_s) * 0.5_f64.powi(halvings));
+                    let inside = closer.map(|at_s| (at_s, margin(at_s))).find(|(_, value)| *value > 0.0);
+                    inside.map_or(low_s, |(at_s, value)| root(&mut margin, at_s, high_s, value, after[event]))
                 };
                 if first.is_none_or(|(_, first_s)| time_s < first_s) {
                     first = Some((event, time_s));

@@ -13,12 +13,14 @@ use super::{Kind, RigError};
 pub(super) const MOST_STATES: usize = 12;
 /// The most events that are watched at once: contact, two of friction, knots and triggers.
 pub(super) const MOST_EVENTS: usize = 16;
+/// The number of the event that robot and rig touch or part.
+pub(super) const CONTACT_EVENT: usize = 0;
 /// The most drives that may have a trigger.
 const MOST_TRIGGERS: usize = 4;
 
-/// Viscous friction that a massless piece has in a force that depends on its rate, N·s/m: it only decides how fast
-/// the balance is found where the pad's own damping vanishes. At 0.5 m/s it is 5 µN, and the balance on the
-/// softest rig is found within 1 ns.
+/// Least damping of a massless piece in a force that depends on its rate, N·s/m. It acts on the difference to the
+/// velocity that springs without loss would give, so that it loses nothing itself; it only decides how fast the
+/// balance is found where the pad's own damping vanishes: within 1 ns on the softest rig.
 const PIECE_DRAG_NS_PER_M: f64 = 1e-5;
 
 /// What the piece is in the equations.
@@ -168,6 +170,33 @@ impl System {
             acting: 0,
         };
         (state, mode)
+    }
+
+    /// The contact force at which the last moment of a creeping piece's contact begins, N: as at the
+    /// [onset](System::onset), only a ramp is left.
+    fn closing_n(&self, instant: &Instant, mode: &Mode) -> f64 {
+        if self.form != PieceForm::Creeping || mode.guiding == Guiding::Sticking {
+            return 0.0;
+        }
+        let rate = self.assembly.spring.stiffness_n_per_m * -instant.piece_m_per_s;
+        rate.max(0.0) * 1e-3 / self.pulsation_per_s()
+    }
+
+    /// The last moment of a creeping piece's contact: its length and the states after it. The contact force falls with the
+    /// springs' (friction is constant), so it is a ramp with the piece's speed.
+    pub(super) fn closing(&self, time_s: f64, state: &[f64], mode: &Mode) -> Option<(f64, [f64; MOST_STATES])> {
+        let instant = self.instant(time_s, state, mode);
+        if !mode.touching || self.closing_n(&instant, mode) <= 0.0 || instant.contact_n <= 0.0 {
+            return None;
+        }
+        let moment_s = instant.contact_n / (self.assembly.spring.stiffness_n_per_m * -instant.piece_m_per_s);
+        let mut rates = [0.0; MOST_STATES];
+        self.rates(time_s, state, mode, &mut rates);
+        let mut after = [0.0; MOST_STATES];
+        for ((after, before), rate) in after.iter_mut().zip(state).zip(rates) {
+            *after = before + rate * moment_s;
+        }
+        Some((moment_s, after))
     }
 
     /// The angular frequency of the ideal pulse, 1/s.
@@ -376,7 +405,9 @@ impl System {
         instant.friction_n = pad.force_n - spring.force_n;
     }
 
-    /// (1 − σμ)·P(δ, v − v_p) = S(x_p, v_p) + c·v_p + σ·F_c, solved for v_p.
+    /// (1 − σμ)·P(δ, v − v_p) = S(x_p, v_p) + σ·F_c + c·(v_p − v_e), solved for v_p; v_e is the velocity that springs
+    /// without loss would give. c is next to nothing, except beyond the end of a contact, where a trial
+    /// step may look: there it keeps the damping positive, and with it the equation tame.
     fn creeping(&self, state: &[f64], mode: &Mode, instant: &mut Instant) {
         let piece_m = state[self.layout.piece.expect("a creeping piece has a place")];
         let depth_m = instant.tip_m - piece_m;
@@ -385,20 +416,25 @@ impl System {
             Guiding::Sliding(sign) => (sign, sign * self.assembly.guide.coulomb_n),
         };
         let part = 1.0 - sign * self.assembly.guide.load_coefficient;
-        let mut velocity = 0.0;
+        let sticking = mode.guiding == Guiding::Sticking;
+        let softness = self.assembly.pad.as_ref().map_or(0.0, |pad| pad.stiffness_n_per_m);
+        let likely = instant.tip_m_per_s * softness / (softness + self.assembly.spring.stiffness_n_per_m);
+        let mut velocity = if sticking { 0.0 } else { likely };
+        let mut drag = None;
         let (mut pad, mut spring);
         let mut tries = 0;
         loop {
             pad = self.pad(depth_m, instant.tip_m_per_s - velocity, state, mode);
             spring = self.spring(piece_m, velocity, state, mode);
-            if mode.guiding == Guiding::Sticking {
+            tries += 1;
+            if sticking || tries > 40 {
                 break;
             }
-            let excess_n = part * pad.force_n - spring.force_n - PIECE_DRAG_NS_PER_M * velocity - level;
-            let drag = part * pad.damping_ns_per_m.max(0.0) + spring.damping_ns_per_m.max(0.0) + PIECE_DRAG_NS_PER_M;
-            let step = excess_n / drag;
-            tries += 1;
-            if step.abs() <= 1e-12 + 1e-10 * velocity.abs() || tries > 40 {
+            let damping = part * pad.damping_ns_per_m + spring.damping_ns_per_m;
+            let drag = *drag.get_or_insert_with(|| damping.hypot(PIECE_DRAG_NS_PER_M) - damping);
+            let excess_n = part * pad.force_n - spring.force_n - level - drag * (velocity - likely);
+            let step = excess_n / (damping + drag);
+            if step.abs() <= 1e-12 + 1e-10 * velocity.abs() {
                 break;
             }
             velocity += step;
@@ -432,12 +468,18 @@ impl System {
         instant.spring_n + self.assembly.guide.cell_share * instant.friction_n
     }
 
+    /// What the cell bears as long as nothing moves on the rig; `None` where it has to be computed.
+    pub(super) fn resting_n(&self, mode: &Mode) -> Option<f64> {
+        let rests = !mode.touching && self.form != PieceForm::Massive && mode.held_m == 0.0;
+        (rests && self.layout.spring == self.layout.len).then_some(0.0)
+    }
+
     /// For each event that this form can end with, a number that is positive until it happens.
     pub(super) fn margins(&self, time_s: f64, state: &[f64], mode: &Mode, margins: &mut [f64; MOST_EVENTS]) -> usize {
         let instant = self.instant(time_s, state, mode);
         margins.fill(1.0);
         if mode.touching {
-            margins[0] = instant.contact_n;
+            margins[0] = instant.contact_n - self.closing_n(&instant, mode);
         } else if self.assembly.kind != Kind::Fall {
             margins[0] = self.gap_m(&instant, state, mode);
         }
@@ -446,7 +488,8 @@ impl System {
                 Guiding::Free => {}
                 Guiding::Sliding(sign) => margins[1] = sign * instant.piece_m_per_s,
                 Guiding::Sticking => {
-                    let holding_n = self.assembly.guide.holding_n(instant.contact_n);
+                    // Held a little more firmly than it is taken hold of, or rounding would let go at once.
+                    let holding_n = self.assembly.guide.holding_n(instant.contact_n) * (1.0 + 2e-9) + 2e-9;
                     margins[1] = holding_n - instant.friction_n;
                     margins[2] = holding_n + instant.friction_n;
                 }
@@ -500,7 +543,7 @@ impl System {
     fn event(&self, number: usize) -> Event {
         let laws = self.contact_laws + self.assembly.spring.laws.len();
         match number {
-            0 => Event::Contact,
+            CONTACT_EVENT => Event::Contact,
             1 | 2 => Event::Release,
             _ if number < 3 + laws => Event::Knot { law: number - 3 },
             _ => Event::Trigger { drive: number - 3 - laws },
