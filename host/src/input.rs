@@ -204,7 +204,7 @@ mod tests {
 
     #[test]
     fn a_place_beyond_the_text_or_inside_a_character_is_clipped() {
-        for range in [0..99, 99..100, 1..2, 3..1] {
+        for range in [0..99, 99..100, 1..2, 0..0] {
             let error = InputError::at("a", "ö\n", range, "p", "r");
             assert!(error.line().is_some());
         }

@@ -14,10 +14,12 @@ mod outcome;
 pub mod padding;
 mod prepare;
 pub mod resample;
+mod shown;
 
 pub use feed::{Replayed, Sensed, replay};
 pub use outcome::{EventRecord, Outcome};
 pub use prepare::{LAST_RATE_HZ, LEAST_RATE_HZ, Prepared, prepare};
+pub use shown::report;
 
 /// Why a recording cannot be replayed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error, miette::Diagnostic)]

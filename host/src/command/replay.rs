@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
-use miette::IntoDiagnostic as _;
+use miette::{IntoDiagnostic as _, WrapErr as _};
 
 use crate::json::JsonOption;
 use crate::recording;
 use crate::replay::{Outcome, Replayed, replay};
-use crate::report::words;
+use crate::report::{self, words};
 use crate::settings::JudgeOptions;
 use crate::table::{Side, Table};
 
@@ -52,8 +52,10 @@ impl Replay {
             }
         }
         if let Some(path) = &self.report {
-            let page = crate::report::replay_page(&all);
-            std::fs::write(path, page).into_diagnostic()?;
+            let page = report::page(&crate::replay::report(&all, &configuration));
+            std::fs::write(path, page)
+                .into_diagnostic()
+                .wrap_err_with(|| format!("cannot write {}", path.display()))?;
             if !self.json.owns_stdout() {
                 println!("The page is in {}.", path.display());
             }

@@ -1,6 +1,7 @@
 //! The blocks of a prepared recording into the firmware, and what comes out.
 
 use thud_firmware::board::{BLOCK, BlockInfo, Overrun};
+use thud_firmware::capture::Curve as _;
 use thud_firmware::configuration::{Chain, Configuration};
 use thud_firmware::detector::{ChainFault, ImpactContext, Signal, Signals, Stamped};
 use thud_firmware::event::{Event, Flags, Onset, Verdict};
@@ -10,6 +11,7 @@ use thud_sim::chain::{ChainSettings, FrontEnd, MeasuringChain};
 
 use super::{Prepared, ReplayError, prepare};
 use crate::recording::Recording;
+use crate::report::ForceCurve;
 
 /// A separation this close to the end of a recording that ends under load is that end, s.
 const CUT_WITHIN_S: f64 = 0.02;
@@ -21,6 +23,8 @@ pub struct Sensed {
     pub context: ImpactContext,
     /// Its contacts, judged.
     pub events: Vec<Event>,
+    /// The captured curve.
+    pub curve: ForceCurve,
 }
 
 /// What the firmware said about a recording.
@@ -133,14 +137,32 @@ impl Feed {
             match signal {
                 Signal::Onset(onset) => self.replayed.onsets.push(onset),
                 Signal::Over(context) => {
+                    let curve = self.curve(&context);
                     let events = self.sensor.evaluate(&context).into_iter().collect();
-                    self.replayed.impacts.push(Sensed { context, events });
+                    self.replayed.impacts.push(Sensed { context, events, curve });
                 }
                 Signal::FaultRaised(fault) => self.replayed.faults.push((at, fault)),
                 // Losses are the recording's own and counted there.
                 Signal::FaultCleared(_) | Signal::Lost(_) => {}
             }
         }
+    }
+}
+
+impl Feed {
+    fn curve(&self, context: &ImpactContext) -> ForceCurve {
+        let curve = self.sensor.curve(context);
+        let mut codes = vec![0; curve.len()];
+        let read = curve.read(0, &mut codes);
+        codes.truncate(read);
+        let configuration = &context.configuration.configuration;
+        ForceCurve::from_codes(
+            curve.first_index(),
+            &codes,
+            &configuration.chain,
+            &context.baseline,
+            configuration.filter,
+        )
     }
 }
 

@@ -60,16 +60,39 @@ pub fn explain_verdict(event: &Event) -> String {
             let Some(limit) = severity.transient_limit else {
                 return "There is no transient limit to compare with.".to_owned();
             };
-            let place = match verdict {
-                Verdict::Pass => "is below the limit by more than the guard band",
-                Verdict::Inconclusive => "is within the guard band of a limit",
-                _ => "is above a limit by more than the guard band",
+            let guard = severity.expanded_uncertainty.0;
+            let transient = format!(
+                "The scaled force of {:.1} N is {} the transient limit of {:.0} N (guard band ±{guard:.1} N).",
+                severity.scaled.0,
+                place(severity.scaled.0, limit.0, guard),
+                limit.0,
+            );
+            let (Some(force), Some(limit)) = (severity.quasi_static, severity.quasi_static_limit) else {
+                return if verdict == Verdict::Inconclusive && event.flags.contains(Flags::NO_QUASI_STATIC) {
+                    format!("{transient} The held force cannot be told, because the chain's charge leaks away.")
+                } else {
+                    transient
+                };
             };
+            // The guard band is proportional to the force, noise apart.
+            let guard = guard * force.0 / severity.scaled.0.max(f32::MIN_POSITIVE);
             format!(
-                "The scaled force of {:.1} N {place} (transient limit {:.0} N, guard band ±{:.1} N).",
-                severity.scaled.0, limit.0, severity.expanded_uncertainty.0
+                "{transient} The force held after 0.5 s, up to {:.1} N, is {} the quasi-static limit of {:.0} N.",
+                force.0,
+                place(force.0, limit.0, guard),
+                limit.0
             )
         }
+    }
+}
+
+fn place(force: f32, limit: f32, guard: f32) -> &'static str {
+    if force + guard < limit {
+        "below"
+    } else if force - guard > limit {
+        "above"
+    } else {
+        "within the guard band of"
     }
 }
 

@@ -81,4 +81,15 @@ impl ContactTruth {
             stroke_m: contact.stroke_m,
         }
     }
+
+    /// The same touch on another time axis, `by_s` later.
+    #[must_use]
+    pub fn shifted(&self, by_s: f64) -> Self {
+        Self {
+            contact_s: self.contact_s + by_s,
+            separation_s: self.separation_s.map(|separation| separation + by_s),
+            peak_s: self.peak_s + by_s,
+            ..self.clone()
+        }
+    }
 }
