@@ -283,3 +283,31 @@ fn a_sensor_that_falls_silent_is_told_and_so_is_its_return() {
     let seen = follow(&mut watch, &mut client, Duration::from_secs(3));
     assert_eq!(events(&seen).iter().map(|event| event.number).collect::<Vec<_>>(), [1]);
 }
+
+#[test]
+fn a_reset_of_communication_tells_no_event_twice_and_no_second_device() {
+    let (sensor, mut client) = lab(|_| true);
+    let sensors = client.find(None).unwrap();
+    let mut watch = Watch::new(&mut client, sensors, true).unwrap();
+    sensor.strike(&Approach::new(0.3, 6.0)).unwrap();
+    let mut seen = follow(&mut watch, &mut client, Duration::from_secs(2));
+    // Another master on the same bus orders it.
+    let mut other = sensor.bus();
+    other.send(&Frame::new(0, &[130, NODE]).unwrap()).unwrap();
+    seen.extend(follow(&mut watch, &mut client, Duration::from_secs(2)));
+    sensor.strike(&Approach::new(0.3, 6.0)).unwrap();
+    seen.extend(follow(&mut watch, &mut client, Duration::from_secs(2)));
+    assert_eq!(events(&seen).iter().map(|event| event.number).collect::<Vec<_>>(), [1, 2]);
+    assert!(!seen.iter().any(|happening| matches!(happening, Happening::Doubled { .. })), "{seen:?}");
+}
+
+#[test]
+fn a_boot_up_of_somebody_else_under_the_same_id_is_told() {
+    let (sensor, mut client) = lab(|_| true);
+    let sensors = client.find(None).unwrap();
+    let mut watch = Watch::new(&mut client, sensors, true).unwrap();
+    let mut other = sensor.bus();
+    other.send(&Frame::new(0x700 + u16::from(NODE), &[0]).unwrap()).unwrap();
+    let seen = follow(&mut watch, &mut client, Duration::from_secs(2));
+    assert!(seen.contains(&Happening::Doubled { node: NODE, serials: vec![7] }), "{seen:?}");
+}

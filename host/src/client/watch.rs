@@ -178,7 +178,7 @@ pub enum Happening {
     Doubled {
         /// Node id.
         node: u8,
-        /// Serial numbers of those who answer; equal ones where they cannot be told apart.
+        /// Serial numbers of those who answer; a single one where the other has not answered yet.
         serials: Vec<u32>,
     },
 }
@@ -188,6 +188,8 @@ pub struct Watch {
     followed: BTreeMap<u8, Followed>,
     /// Started sensors are set to Operational.
     start: bool,
+    /// The last reset that another master ordered: for which node (0 all), and when.
+    reset: Option<(u8, Duration)>,
 }
 
 struct Followed {
@@ -281,7 +283,7 @@ impl Watch {
     /// # Errors
     /// [`ClientError::Sdo`] when one does not answer.
     pub fn new(client: &mut Client, sensors: Vec<Sensor>, start: bool) -> Result<Self, ClientError> {
-        let mut watch = Self { followed: BTreeMap::new(), start };
+        let mut watch = Self { followed: BTreeMap::new(), start, reset: None };
         for sensor in sensors {
             watch.follow(client, sensor)?;
         }
@@ -354,6 +356,12 @@ impl Watch {
         if let Some(node) = node_of(frame, HEARTBEAT) {
             return self.heartbeat(client, node, frame.bytes(), at, happened);
         }
+        if let (0, [command, node]) = (frame.id, frame.bytes())
+            && [Nmt::ResetNode as u8, Nmt::ResetCommunication as u8].contains(command)
+        {
+            self.reset = Some((*node, at));
+            return Ok(());
+        }
         if let Some(node) = node_of(frame, EMERGENCY) {
             if let Some(followed) = self.followed.get_mut(&node) {
                 followed.heard = at;
@@ -425,27 +433,7 @@ impl Watch {
                 Err(_) => return Ok(()),
             };
             for sensor in found {
-                let serial = sensor.serial;
-                // Another board under the id of one that was heard a moment ago: nobody swaps them so fast.
-                if let Some(other) = self.followed.get(&node)
-                    && other.sensor.serial != serial
-                    && at < other.heard + other.heartbeat * 2
-                {
-                    let serials = vec![other.sensor.serial, serial];
-                    self.tell_doubled(node, serials, happened);
-                }
-                match self.follow(client, sensor) {
-                    Ok(()) => happened.push(Happening::Started { node, serial }),
-                    Err(ClientError::Bus(error)) => return Err(error.into()),
-                    Err(_) => {}
-                }
-                // Events that it had before we could ask are not missed: its numbers begin at 1.
-                if let Some(followed) = self.followed.get_mut(&node)
-                    && state & 0x7F == BOOT_UP
-                {
-                    let last = std::mem::replace(&mut followed.newest, 0);
-                    followed.miss_up_to(last, at);
-                }
+                self.begin_anew(client, sensor, state & 0x7F == BOOT_UP, at, happened)?;
             }
             return Ok(());
         }
@@ -459,6 +447,52 @@ impl Watch {
         // Two devices in two states would be told as one that changes all the time.
         if followed.state.replace(state) != Some(state) && followed.doubled.is_empty() {
             happened.push(Happening::State { node, state: nmt_state(state) });
+        }
+        Ok(())
+    }
+
+    /// A sensor that is new, or that a boot-up was heard from.
+    fn begin_anew(
+        &mut self,
+        client: &mut Client,
+        sensor: Sensor,
+        booted: bool,
+        at: Duration,
+        happened: &mut Vec<Happening>,
+    ) -> Result<(), ClientError> {
+        let Sensor { node, serial } = sensor;
+        let before = self.followed.get(&node).map(|before| {
+            let alive = at < before.heard + before.heartbeat * 2;
+            (before.sensor.serial, before.sample.0, before.newest, before.missing.clone(), alive)
+        });
+        match self.follow(client, sensor) {
+            Ok(()) => {}
+            Err(ClientError::Bus(error) | ClientError::Sdo(SdoError::Bus(error))) => return Err(error.into()),
+            // Its next heartbeat gives another chance.
+            Err(_) => return Ok(()),
+        }
+        let Some(followed) = self.followed.get_mut(&node) else { return Ok(()) };
+        let sample = followed.sample.0;
+        match before {
+            // Its samples count on: it has not started. A reset of communication alone was asked for on the bus;
+            // otherwise it was another device that started under its id.
+            Some((known, sample_before, newest, missing, _)) if known == serial && sample >= sample_before => {
+                (followed.newest, followed.missing) = (newest, missing);
+                let asked = self.reset.is_some_and(|(who, when)| (who == 0 || who == node) && at < when + POLL * 2);
+                if booted && !asked {
+                    self.tell_doubled(node, vec![serial], happened);
+                }
+            }
+            // Another board under the id of one that was heard a moment ago: nobody swaps them so fast.
+            Some((known, .., true)) if known != serial => self.tell_doubled(node, vec![known, serial], happened),
+            _ => {
+                if booted {
+                    // Events that it had before we could ask are not missed: its numbers begin at 1.
+                    let last = std::mem::replace(&mut followed.newest, 0);
+                    followed.miss_up_to(last, at);
+                }
+                happened.push(Happening::Started { node, serial });
+            }
         }
         Ok(())
     }
