@@ -107,13 +107,41 @@ fn next(bus: &mut dyn Bus) -> Stamped {
     bus.receive(Duration::from_secs(10)).unwrap().expect("python-can answers")
 }
 
+/// The low half of the process id, so that the same tests in another folder use other groups.
+fn own() -> [u8; 2] {
+    let [_, _, high, low] = std::process::id().to_be_bytes();
+    [high, low]
+}
+
 #[test]
 fn python_can_and_thud_exchange_frames_over_ipv4() {
-    exchange("239.74.163.2", "udp:239.74.163.2:43301", 43_301);
+    let [high, low] = own();
+    let group = format!("239.76.{high}.{low}");
+    exchange(&group, &format!("udp:{group}:43301"), 43_301);
 }
 
 #[test]
 fn python_can_and_thud_exchange_frames_over_ipv6() {
-    let group = "ff15:7079:7468:6f6e:6465:6d6f:6d63:6173";
-    exchange(group, &format!("udp:[{group}]:43302"), 43_302);
+    let [high, low] = own();
+    // Site-local as python-can's default group is.
+    let group = format!("ff15::{high:x}:{low:x}");
+    exchange(&group, &format!("udp:[{group}]:43302"), 43_302);
+}
+
+/// What a person gets who types nothing: both sides' defaults meet.
+#[test]
+fn the_defaults_are_python_cans() {
+    let Some(python) = python("can, msgpack") else { return };
+    let script = "from can.interfaces.udp_multicast import UdpMulticastBus as B; \
+                  print(B.DEFAULT_GROUP_IPv4, B.DEFAULT_GROUP_IPv6, __import__('inspect').signature(B).parameters['port'].default)";
+    let output = Command::new(python).args(["-c", script]).output().unwrap();
+    let [v4, v6, port] = String::from_utf8(output.stdout)
+        .unwrap()
+        .split_whitespace()
+        .map(str::to_owned)
+        .collect::<Vec<_>>()
+        .try_into()
+        .unwrap();
+    assert_eq!(BusAddress::default().to_string(), format!("udp:{v4}:{port}"));
+    assert_eq!("udp6".parse::<BusAddress>().unwrap().to_string(), format!("udp:[{v6}]:{port}"));
 }

@@ -9,7 +9,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use embassy_time::Instant;
-use thud_firmware::board::{Frame, Received};
+use thud_firmware::board::{BusState, Frame, Received};
 use thud_sim::bus::HostPort;
 use thud_sim::world::World;
 
@@ -45,6 +45,10 @@ impl Bus for SimulatedBus {
         let timeout_us = u64::try_from(timeout.as_micros()).unwrap_or(u64::MAX / 4);
         let deadline = world.now() + embassy_time::Duration::from_micros(timeout_us);
         loop {
+            // Bus-off does not end by itself.
+            if self.port.status().state == BusState::BusOff {
+                self.port.recover();
+            }
             let arrival = world.run_until_arrival(&self.port, deadline).map_err(|stuck| BusError::Receive {
                 bus: "the simulated bus".to_owned(),
                 source: io::Error::other(stuck.to_string()),

@@ -248,10 +248,13 @@ mod tests {
     use super::super::address::GROUP_V6;
     use super::*;
 
-    /// A group of its own for each test, so that they can run at once.
+    /// A port of its own for each test, so that they can run at once, and groups of this process's own, so that the
+    /// same tests can run in another folder at the same time.
     fn group(test: u8) -> [(IpAddr, u16); 2] {
+        let [_, _, high, low] = std::process::id().to_be_bytes();
+        let v6 = std::net::Ipv6Addr::new(0xff15, 0, 0, 0, 0, 0, high.into(), low.into());
         let port = 43_200 + u16::from(test);
-        [(Ipv4Addr::new(239, 74, 163, 100 + test).into(), port), (GROUP_V6.into(), port)]
+        [(Ipv4Addr::new(239, 77, high, low).into(), port), (v6.into(), port)]
     }
 
     /// `None`, with the reason printed, where the machine has no multicast for this family.
@@ -296,9 +299,9 @@ mod tests {
 
     #[test]
     fn another_group_on_the_same_port_is_another_bus() {
-        let port = 43_202;
-        let mut one = UdpBus::open(Ipv4Addr::new(239, 74, 163, 110).into(), port).unwrap();
-        let mut other = UdpBus::open(Ipv4Addr::new(239, 74, 163, 111).into(), port).unwrap();
+        let [_, _, high, low] = std::process::id().to_be_bytes();
+        let mut one = UdpBus::open(Ipv4Addr::new(239, 78, high, low).into(), 43_202).unwrap();
+        let mut other = UdpBus::open(Ipv4Addr::new(239, 79, high, low).into(), 43_202).unwrap();
         one.send(&Frame::new(1, &[]).unwrap()).unwrap();
         assert_eq!(other.receive(SHORT).unwrap(), None);
     }

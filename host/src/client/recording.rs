@@ -145,9 +145,10 @@ impl Client {
             codes: Vec::new(),
             refetched: 0,
         };
-        let bytes = sdo.upload_blocks(object, 12, progress)?;
+        let length = header.length as usize * 2;
+        let bytes = sdo.upload_blocks(object, 12, &mut |come| progress(come.min(length), length))?;
         let torn = |what: String| SdoError::Torn { node, index: object, sub: 12, what };
-        if bytes.len() != header.length as usize * 2 {
+        if bytes.len() != length {
             return Err(torn(format!("{} bytes came for {} samples", bytes.len(), header.length)).into());
         }
         if CRC.checksum(&bytes) != header.crc {

@@ -195,18 +195,13 @@ impl<'a> Sdo<'a> {
         self.retry(index, sub, |sdo| sdo.download_once(bytes))
     }
 
-    /// Reads a long object in blocks; `progress` hears how many bytes have come and how many were announced.
+    /// Reads a long object in blocks; `progress` hears how many bytes have come, up to six of padding included.
     ///
     /// One attempt: whoever reads a recording decides what else must be asked anew.
     ///
     /// # Errors
     /// [`SdoError`]; the transfer is then closed on the node's side too.
-    pub fn upload_blocks(
-        &mut self,
-        index: u16,
-        sub: u8,
-        progress: &mut dyn FnMut(usize, usize),
-    ) -> Result<Vec<u8>, SdoError> {
+    pub fn upload_blocks(&mut self, index: u16, sub: u8, progress: &mut dyn FnMut(usize)) -> Result<Vec<u8>, SdoError> {
         (self.index, self.sub) = (index, sub);
         self.line.quiet(self.node, PATIENCE)?;
         let result = self.blocks(progress);
@@ -327,7 +322,7 @@ impl<'a> Sdo<'a> {
         Ok(())
     }
 
-    fn blocks(&mut self, progress: &mut dyn FnMut(usize, usize)) -> Result<Vec<u8>, SdoError> {
+    fn blocks(&mut self, progress: &mut dyn FnMut(usize)) -> Result<Vec<u8>, SdoError> {
         self.send(SdoRequest::initiate_block_upload(self.index, self.sub, true, BLOCK, 0))?;
         let (with_crc, announced) = loop {
             match self.response()? {
@@ -346,7 +341,7 @@ impl<'a> Sdo<'a> {
         self.send(SdoRequest::StartBlockUpload)?;
         loop {
             let (good, complete) = self.block(&mut bytes)?;
-            progress(bytes.len().min(announced.unwrap_or(bytes.len())), announced.unwrap_or(0));
+            progress(bytes.len());
             self.send(SdoRequest::ConfirmBlock { ackseq: good, blksize: BLOCK })?;
             if complete {
                 break;

@@ -36,10 +36,10 @@ fn objects_of_every_length_come_whole_in_segments_and_in_blocks() {
         let mut client = client(with_long(length));
         assert_eq!(client.sdo(NODE).upload(LONG, 1).unwrap(), pattern(length), "{length} in segments");
         if length > 0 {
-            let mut heard = (0, 0);
-            let bytes = client.sdo(NODE).upload_blocks(LONG, 1, &mut |come, of| heard = (come, of)).unwrap();
+            let mut heard = 0;
+            let bytes = client.sdo(NODE).upload_blocks(LONG, 1, &mut |come| heard = come).unwrap();
             assert_eq!(bytes, pattern(length), "{length} in blocks");
-            assert_eq!(heard, (length, length));
+            assert!((length..length + 7).contains(&heard), "{heard} bytes were told of {length}");
         }
     }
 }
@@ -76,7 +76,7 @@ fn a_missing_segment_is_asked_for_again_within_the_transfer() {
     });
     let mut client = client(bus);
     let sent_before = client.counters().sent;
-    assert_eq!(client.sdo(NODE).upload_blocks(LONG, 1, &mut |_, _| {}).unwrap(), pattern(5_000));
+    assert_eq!(client.sdo(NODE).upload_blocks(LONG, 1, &mut |_| {}).unwrap(), pattern(5_000));
     assert!(client.counters().sent - sent_before > 8, "some block was confirmed only in part");
 }
 
@@ -94,7 +94,7 @@ proptest! {
         });
         let mut client = client(bus);
         for _ in 0..20 {
-            if let Ok(bytes) = client.sdo(NODE).upload_blocks(LONG, 1, &mut |_, _| {}) {
+            if let Ok(bytes) = client.sdo(NODE).upload_blocks(LONG, 1, &mut |_| {}) {
                 prop_assert_eq!(bytes, pattern(length));
             }
             if let Ok(bytes) = client.sdo(NODE).upload(LONG, 1) {
@@ -112,7 +112,7 @@ fn events_that_arrive_during_a_transfer_are_kept_in_order() {
         bus.hear(Frame::new(0x2A0, &[number]).unwrap());
     }
     let mut client = client(bus);
-    client.sdo(NODE).upload_blocks(LONG, 1, &mut |_, _| {}).unwrap();
+    client.sdo(NODE).upload_blocks(LONG, 1, &mut |_| {}).unwrap();
     for number in 0..10 {
         let stamped = client.line().next(Duration::ZERO).unwrap().unwrap();
         assert_eq!(stamped.frame.bytes(), [number]);
@@ -206,8 +206,10 @@ fn a_curve_comes_with_its_time_and_its_force() {
     let mut client = client(ServedBus::new(vec![(NODE, with_curve(14_000))]));
     assert_eq!(client.stored_curves(NODE).unwrap(), [(41, 0)]);
     let began = client.line().now();
-    let curve = client.download_curve(NODE, 0, 41, &mut |_, _| {}).unwrap().unwrap();
+    let mut heard = (0, 0);
+    let curve = client.download_curve(NODE, 0, 41, &mut |come, of| heard = (come, of)).unwrap().unwrap();
     assert_eq!((curve.codes.len(), curve.refetched), (14_000, 0));
+    assert_eq!(heard, (28_000, 28_000));
     assert_eq!(curve.times_s().next(), Some(0.05));
     let code = u16::from_le_bytes([pattern(2)[0], pattern(2)[1]]);
     assert_eq!(curve.forces().next().unwrap().0, (f32::from(code) - 32_768.5) * 0.07);

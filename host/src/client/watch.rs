@@ -178,7 +178,7 @@ pub enum Happening {
     Doubled {
         /// Node id.
         node: u8,
-        /// Serial numbers of those who answer; equal ones where they cannot be told apart.
+        /// Serial numbers of those who answer; a single one where the other has not answered yet.
         serials: Vec<u32>,
     },
 }
@@ -188,6 +188,8 @@ pub struct Watch {
     followed: BTreeMap<u8, Followed>,
     /// Started sensors are set to Operational.
     start: bool,
+    /// The last reset that another master ordered: for which node (0 all), and when.
+    reset: Option<(u8, Duration)>,
 }
 
 struct Followed {
@@ -207,6 +209,8 @@ struct Followed {
     state: Option<u8>,
     silent: bool,
     surplus: u32,
+    /// Serial numbers of the devices that share its id, as last told.
+    doubled: Vec<u32>,
 }
 
 impl Followed {
@@ -279,7 +283,7 @@ impl Watch {
     /// # Errors
     /// [`ClientError::Sdo`] when one does not answer.
     pub fn new(client: &mut Client, sensors: Vec<Sensor>, start: bool) -> Result<Self, ClientError> {
-        let mut watch = Self { followed: BTreeMap::new(), start };
+        let mut watch = Self { followed: BTreeMap::new(), start, reset: None };
         for sensor in sensors {
             watch.follow(client, sensor)?;
         }
@@ -318,6 +322,7 @@ impl Watch {
         let sample = sdo.read(index::BOARD, 2)?;
         let heartbeat_ms: u16 = sdo.read(index::HEARTBEAT, 0)?;
         let now = client.line.now();
+        let doubled = self.followed.remove(&node).map_or_else(Vec::new, |before| before.doubled);
         self.followed.insert(
             node,
             Followed {
@@ -334,6 +339,7 @@ impl Watch {
                 state: None,
                 silent: false,
                 surplus: client.line.surplus_answers(node),
+                doubled,
             },
         );
         Ok(())
@@ -349,6 +355,12 @@ impl Watch {
     ) -> Result<(), ClientError> {
         if let Some(node) = node_of(frame, HEARTBEAT) {
             return self.heartbeat(client, node, frame.bytes(), at, happened);
+        }
+        if let (0, [command, node]) = (frame.id, frame.bytes())
+            && [Nmt::ResetNode as u8, Nmt::ResetCommunication as u8].contains(command)
+        {
+            self.reset = Some((*node, at));
+            return Ok(());
         }
         if let Some(node) = node_of(frame, EMERGENCY) {
             if let Some(followed) = self.followed.get_mut(&node) {
@@ -413,7 +425,7 @@ impl Watch {
             let found = match find::find(&mut client.line, Some(node)) {
                 Ok(found) => found,
                 Err(ClientError::Doubled { node, serials }) => {
-                    happened.push(Happening::Doubled { node, serials });
+                    self.tell_doubled(node, serials, happened);
                     return Ok(());
                 }
                 Err(ClientError::Bus(error)) => return Err(error.into()),
@@ -421,19 +433,7 @@ impl Watch {
                 Err(_) => return Ok(()),
             };
             for sensor in found {
-                let serial = sensor.serial;
-                match self.follow(client, sensor) {
-                    Ok(()) => happened.push(Happening::Started { node, serial }),
-                    Err(ClientError::Bus(error)) => return Err(error.into()),
-                    Err(_) => {}
-                }
-                // Events that it had before we could ask are not missed: its numbers begin at 1.
-                if let Some(followed) = self.followed.get_mut(&node)
-                    && state & 0x7F == BOOT_UP
-                {
-                    let last = std::mem::replace(&mut followed.newest, 0);
-                    followed.miss_up_to(last, at);
-                }
+                self.begin_anew(client, sensor, state & 0x7F == BOOT_UP, at, happened)?;
             }
             return Ok(());
         }
@@ -444,10 +444,68 @@ impl Watch {
         }
         followed.heard = at;
         followed.silent = false;
-        if followed.state.replace(state) != Some(state) {
+        // Two devices in two states would be told as one that changes all the time.
+        if followed.state.replace(state) != Some(state) && followed.doubled.is_empty() {
             happened.push(Happening::State { node, state: nmt_state(state) });
         }
         Ok(())
+    }
+
+    /// A sensor that is new, or that a boot-up was heard from.
+    fn begin_anew(
+        &mut self,
+        client: &mut Client,
+        sensor: Sensor,
+        booted: bool,
+        at: Duration,
+        happened: &mut Vec<Happening>,
+    ) -> Result<(), ClientError> {
+        let Sensor { node, serial } = sensor;
+        let before = self.followed.get(&node).map(|before| {
+            let alive = at < before.heard + before.heartbeat * 2;
+            (before.sensor.serial, before.sample.0, before.newest, before.missing.clone(), alive)
+        });
+        match self.follow(client, sensor) {
+            Ok(()) => {}
+            Err(ClientError::Bus(error) | ClientError::Sdo(SdoError::Bus(error))) => return Err(error.into()),
+            // Its next heartbeat gives another chance.
+            Err(_) => return Ok(()),
+        }
+        let Some(followed) = self.followed.get_mut(&node) else { return Ok(()) };
+        let sample = followed.sample.0;
+        match before {
+            // Its samples count on: it has not started. A reset of communication alone was asked for on the bus;
+            // otherwise it was another device that started under its id.
+            Some((known, sample_before, newest, missing, _)) if known == serial && sample >= sample_before => {
+                (followed.newest, followed.missing) = (newest, missing);
+                let asked = self.reset.is_some_and(|(who, when)| (who == 0 || who == node) && at < when + POLL * 2);
+                if booted && !asked {
+                    self.tell_doubled(node, vec![serial], happened);
+                }
+            }
+            // Another board under the id of one that was heard a moment ago: nobody swaps them so fast.
+            Some((known, .., true)) if known != serial => self.tell_doubled(node, vec![known, serial], happened),
+            _ => {
+                if booted {
+                    // Events that it had before we could ask are not missed: its numbers begin at 1.
+                    let last = std::mem::replace(&mut followed.newest, 0);
+                    followed.miss_up_to(last, at);
+                }
+                happened.push(Happening::Started { node, serial });
+            }
+        }
+        Ok(())
+    }
+
+    /// Says once that these devices share an id.
+    fn tell_doubled(&mut self, node: u8, mut serials: Vec<u32>, happened: &mut Vec<Happening>) {
+        serials.sort_unstable();
+        if let Some(followed) = self.followed.get_mut(&node)
+            && followed.doubled != serials
+        {
+            followed.doubled.clone_from(&serials);
+            happened.push(Happening::Doubled { node, serials });
+        }
     }
 
     /// What is due for one sensor: its log's newest number, events that stayed missing, silence, doubles.
@@ -459,11 +517,12 @@ impl Watch {
         if surplus > followed.surplus {
             followed.surplus = surplus;
             let serials = find::ask_all(&mut client.line, &[node], index::IDENTITY, 4)?;
-            if let Some(serials) = serials.get(&node).filter(|serials| serials.len() > 1) {
-                happened.push(Happening::Doubled { node, serials: serials.clone() });
-            }
             followed.surplus = client.line.surplus_answers(node);
+            if let Some(serials) = serials.get(&node).filter(|serials| serials.len() > 1) {
+                self.tell_doubled(node, serials.clone(), happened);
+            }
         }
+        let Some(followed) = self.followed.get_mut(&node) else { return Ok(()) };
 
         let patience = followed.heartbeat * MISSED_HEARTBEATS;
         if !followed.silent && !patience.is_zero() && now > followed.heard + patience.max(POLL) {
@@ -568,6 +627,7 @@ mod tests {
             state: None,
             silent: false,
             surplus: 0,
+            doubled: Vec::new(),
         }
     }
 

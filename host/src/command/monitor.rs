@@ -125,7 +125,7 @@ fn line(happening: &Happening) -> String {
         Happening::Silent { node } => format!("{node:>4}             SILENT: its heartbeat stopped"),
         Happening::Doubled { node, serials } => {
             let serials: Vec<String> = serials.iter().map(u32::to_string).collect();
-            format!("{node:>4}             TWO DEVICES answer under this id (serial numbers {})", serials.join(", "))
+            format!("{node:>4}             TWO DEVICES have this id (of serial {})", serials.join(" and "))
         }
     }
 }

@@ -84,6 +84,8 @@ struct Answer {
     hits: Vec<Hit>,
     /// Frames lost between the simulated bus and the shared one.
     lost: u64,
+    /// How often two devices under one node id drove it off the bus.
+    bus_off: u64,
     frames: Counters,
 }
 
@@ -135,11 +137,15 @@ impl Sensor {
             behind_s: live.behind().as_secs_f64(),
             hits,
             lost: live.lost(),
+            bus_off: live.bus_off(),
             frames: live.bus().counters(),
         };
         self.json.write(&answer)?;
         if !quiet {
             println!("Lived {:.1} s, hit {} times.", answer.lived_s, answer.hits.len());
+            if answer.bus_off > 0 {
+                println!("It was driven off the bus {} times: another device has its node id.", answer.bus_off);
+            }
             if answer.behind_s > 0.1 {
                 println!("It was up to {:.2} s behind real time: this computer is busy.", answer.behind_s);
             }

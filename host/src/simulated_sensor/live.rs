@@ -12,7 +12,7 @@
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
-use thud_firmware::board::Received;
+use thud_firmware::board::{BusState, Received};
 use thud_sim::bus::HostPort;
 use thud_sim::rig::{Approach, RigError};
 
@@ -66,6 +66,7 @@ pub struct LiveSensor {
     began: Instant,
     behind: Duration,
     lost: u64,
+    bus_off: u64,
 }
 
 impl LiveSensor {
@@ -74,7 +75,7 @@ impl LiveSensor {
     #[must_use]
     pub fn new(sensor: SimulatedSensor, bus: Box<dyn Bus>, approach: Approach, node: u8) -> Self {
         let port = sensor.world().borrow().bus().attach_host("bridge");
-        Self { sensor, port, bus, approach, node, began: Instant::now(), behind: Duration::ZERO, lost: 0 }
+        Self { sensor, port, bus, approach, node, began: Instant::now(), behind: Duration::ZERO, lost: 0, bus_off: 0 }
     }
 
     /// Lives for about a millisecond; the hits that others requested meanwhile.
@@ -100,6 +101,12 @@ impl LiveSensor {
         let due = self.began.elapsed();
         self.sensor.world().borrow_mut().advance_to(due).map_err(|stuck| LiveError::Stuck(stuck.to_string()))?;
         self.behind = self.behind.max(self.began.elapsed() - due);
+        // Two devices that send different data under one identifier drive each other off the bus (ISO 11898-1), and
+        // our end of it does not come back by itself either.
+        if self.port.status().state == BusState::BusOff {
+            self.port.recover();
+            self.bus_off += 1;
+        }
         while let Some(arrival) = self.port.receive() {
             match arrival.received {
                 Received::Frame(frame) => {
@@ -165,6 +172,12 @@ impl LiveSensor {
     #[must_use]
     pub fn lost(&self) -> u64 {
         self.lost
+    }
+
+    /// How often its end of the simulated bus went bus-off, which is what a second device with its node id does to it.
+    #[must_use]
+    pub fn bus_off(&self) -> u64 {
+        self.bus_off
     }
 
     /// How long it has lived.
