@@ -1,8 +1,8 @@
 //! Recordings of real impacts through the sensor's logic: every blow found once, the rebound separately, nothing before
 //! contact.
 //!
-//! The recordings are not part of the project. They are looked for in `../shared/recordings` beside the workspace; where
-//! they are absent these tests say so and are skipped.
+//! The recordings are not part of the project. They lie beside the workspace in `../shared/recordings`, or in the folder
+//! that `THUD_SHARED` names; where they are absent these tests say so and are skipped.
 
 use std::path::PathBuf;
 
@@ -14,9 +14,11 @@ use thud_firmware::units::Kilogram;
 
 /// The file, or `None` and a word about it where the recordings are absent.
 fn find(file: &str) -> Option<PathBuf> {
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/recordings");
+    let shared = std::env::var_os("THUD_SHARED")
+        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared"), PathBuf::from);
+    let folder = shared.join("recordings");
     if !folder.is_dir() {
-        println!("skipped: the real recordings are not at {}", folder.display());
+        eprintln!("SKIPPED: the real recordings are not at {}", folder.display());
         return None;
     }
     Some(folder.join(file))
@@ -48,7 +50,9 @@ fn each_hammer_blow_is_found_once() {
         assert_eq!(outcome.events.len(), 1, "blow {blow}: {:?}", outcome.events);
         let event = &outcome.events[0];
         let (at, peak) = highest(&recording);
-        assert!((event.raw_peak_N / peak - 1.0).abs() < 0.02, "blow {blow}: {} N for {peak} N", event.raw_peak_N);
+        // A half sine of half width 0.18 ms, sampled every 0.039 ms, peaks up to 2.6 % above its highest sample.
+        let above = event.raw_peak_N / peak - 1.0;
+        assert!((-0.002..0.03).contains(&above), "blow {blow}: {} N for {peak} N", event.raw_peak_N);
         assert!((event.peak_s - at).abs() < 1.0 / 25_600.0, "blow {blow}: {} s for {at} s", event.peak_s);
         // The pulse rises in less than 0.4 ms, half of which lies below a tenth of the peak.
         assert!(event.contact_s < event.peak_s && event.contact_s > at - 0.4e-3, "blow {blow}: {event:?}");

@@ -118,6 +118,20 @@ fn the_answer_has_the_keys_of_the_contract() {
 }
 
 #[test]
+fn a_campaign_is_replayed_with_what_is_believed_of_each_recording() {
+    let folder = Folder::new("folder");
+    succeeds(&folder.0, &["simulate", "--speeds", "0.3", "--masses", "4,8", "--repeats", "1", "--out", "c"]);
+    let answer = json(&succeeds(&folder.0, &["replay", "c", "--region", "chest", "--json", "-"]));
+    let events = answer["events"].as_array().unwrap();
+    assert_eq!(events.len(), 2);
+    for (event, mass) in events.iter().zip([4.0_f64, 8.0]) {
+        let scaling = (40.0 / (40.0 + mass)).sqrt();
+        assert!((number(event, "scaling") - scaling).abs() < 1e-6, "{event}");
+    }
+    assert!(events[1]["file"].as_str().unwrap().ends_with("002.csv"));
+}
+
+#[test]
 fn lost_samples_are_counted_and_never_pass() {
     let folder = Folder::new("lost");
     succeeds(

@@ -1,9 +1,14 @@
 //! `thud replay`: what would the sensor have said to this recording?
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic as _, WrapErr as _};
 
+use thud_firmware::configuration::Configuration;
+use thud_firmware::event::Flags;
+use thud_firmware::units::{Kilogram, NewtonPerMetre};
+
+use crate::campaign;
 use crate::json::JsonOption;
 use crate::recording;
 use crate::replay::{Outcome, Replayed, replay};
@@ -16,9 +21,12 @@ use crate::table::{Side, Table};
 /// A recording is a CSV with a header that names columns with units: `time_s`, `force_N`, others are ignored. It is
 /// brought to the ADC's rate, made into counts by the reference chain, and pushed through the firmware's own logic.
 /// Times are the recording's own.
+///
+/// A campaign's folder stands for all its recordings, each judged with the effective mass and the body stiffness that
+/// the campaign states for it, unless --mass or --stiffness is given.
 #[derive(clap::Args, Debug)]
 pub struct Replay {
-    /// Recordings
+    /// Recordings, or folders of campaigns
     #[arg(required = true, value_name = "FILE.csv")]
     files: Vec<PathBuf>,
     /// Samples per second of the replay [default: that of the recording, but at least 20 000 and at most 250 000]
@@ -36,14 +44,20 @@ pub struct Replay {
 impl Replay {
     pub(super) fn run(self) -> miette::Result<()> {
         let configuration = self.judge.configuration()?;
-        let mut outcome = Outcome::default();
         let mut all = Vec::with_capacity(self.files.len());
         for path in &self.files {
-            let name = path.display().to_string();
-            let recording = recording::read(path)?;
-            let replayed = replay(&name, &recording, &configuration, self.sample_rate)?;
-            outcome.add(&replayed, (self.files.len() > 1).then_some(&name));
-            all.push((name, replayed));
+            if path.is_dir() {
+                self.campaign(path, &configuration, &mut all)?;
+            } else {
+                let name = path.display().to_string();
+                let recording = recording::read(path)?;
+                let replayed = replay(&name, &recording, &configuration, self.sample_rate)?;
+                all.push((name, replayed));
+            }
+        }
+        let mut outcome = Outcome::default();
+        for (name, replayed) in &all {
+            outcome.add(replayed, (all.len() > 1).then_some(name));
         }
         self.json.write(&outcome)?;
         if !self.json.owns_stdout() {
@@ -59,6 +73,32 @@ impl Replay {
             if !self.json.owns_stdout() {
                 println!("The page is in {}.", path.display());
             }
+        }
+        Ok(())
+    }
+
+    /// Replays all recordings of a campaign, each with what is believed of it.
+    fn campaign(
+        &self,
+        folder: &Path,
+        configuration: &Configuration,
+        all: &mut Vec<(String, Replayed)>,
+    ) -> miette::Result<()> {
+        let loaded = campaign::load(folder)?;
+        for warning in &loaded.warnings {
+            eprintln!("warning: {warning}");
+        }
+        for (entry, recording) in loaded.campaign.recordings.iter().zip(&loaded.recordings) {
+            let name = folder.join(&entry.file).display().to_string();
+            let mut configuration = *configuration;
+            if self.judge.mass.is_none() {
+                configuration.effective_mass = Some(Kilogram(entry.effective_mass_kg.value as f32));
+            }
+            if let (None, Some(stiffness)) = (self.judge.stiffness, loaded.campaign.rig.body_stiffness_n_per_m) {
+                configuration.body_stiffness = NewtonPerMetre(stiffness.value as f32);
+            }
+            let replayed = replay(&name, recording, &configuration, self.sample_rate)?;
+            all.push((name, replayed));
         }
         Ok(())
     }
@@ -107,7 +147,7 @@ fn print_one(name: &str, replayed: &Replayed) {
     if outcome.lost > 0 {
         println!("  {} samples of the recording are missing.", outcome.lost);
     }
-    let flags = replayed.events().fold(thud_firmware::event::Flags::empty(), |all, event| all | event.flags);
+    let flags = replayed.events().fold(Flags::empty(), |all, event| all | event.flags);
     for (flag, meaning) in words::explain_flags(flags) {
         println!("  {flag}: {meaning}");
     }

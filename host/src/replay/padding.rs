@@ -25,26 +25,36 @@ const TOE_SHARE: f64 = 0.2;
 /// Whole periods of both mains frequencies, s.
 const MAINS_PERIODS_S: f64 = 0.1;
 
+/// So many samples in a row must stand out: noise does so once in a while, a contact goes on.
+const CONFIRMED: usize = 3;
+
 /// How many of the first samples are idle: nothing touches, and quiet can be made of them.
 ///
-/// Grows from the first eight samples on until one departs from the mean of those before it by more than six standard
-/// deviations and `resolution`, the step of the values; then gives up a fifth for the toe. `None` when too few are left.
+/// Grows from the first eight samples on until three in a row depart from the mean of those before them by more than six
+/// standard deviations and `resolution`, the step of the values; then gives up a fifth for the toe. `None` when there are
+/// not even eight.
 #[must_use]
 pub fn idle_samples(values: &[f64], resolution: f64) -> Option<usize> {
     if values.len() < LEAST_IDLE {
         return None;
     }
-    let (mut mean, mut squares) = (0.0, 0.0);
+    let (mut count, mut mean, mut squares) = (0.0_f64, 0.0, 0.0);
+    let mut departing = 0;
     for (index, value) in values.iter().enumerate() {
-        if index >= LEAST_IDLE {
-            let deviation = (squares / index as f64).sqrt();
-            if (value - mean).abs() > DEPARTURE * deviation + resolution {
-                return Some(index - (index as f64 * TOE_SHARE).ceil() as usize);
+        let deviation = (squares / count.max(1.0)).sqrt();
+        if index >= LEAST_IDLE && (value - mean).abs() > DEPARTURE * deviation + resolution {
+            departing += 1;
+            if departing == CONFIRMED {
+                let idle = index + 1 - CONFIRMED;
+                return Some(idle - (idle as f64 * TOE_SHARE).ceil() as usize);
             }
+            continue;
         }
+        departing = 0;
         // Welford's recurrence.
+        count += 1.0;
         let difference = value - mean;
-        mean += difference / (index + 1) as f64;
+        mean += difference / count;
         squares += difference * (value - mean);
     }
     Some(values.len())
@@ -134,6 +144,13 @@ mod tests {
         values.extend([0.02, 0.5, 3.0, 10.0]);
         let idle = idle_samples(&values, 0.0).unwrap();
         assert!((70..=101).contains(&idle), "{idle}");
+    }
+
+    #[test]
+    fn a_single_sample_that_stands_out_is_noise() {
+        let mut values: Vec<f64> = (0..100).map(|index| 0.01 * f64::from(index % 3)).collect();
+        values[20] = 5.0;
+        assert_eq!(idle_samples(&values, 0.0), Some(100));
     }
 
     #[test]
