@@ -44,6 +44,8 @@ pub(super) struct Instant {
     pub(super) truth: bool,
     /// In which row of words the label stands, from the top; so that near labels do not cover each other.
     pub(super) row: i32,
+    /// A short stroke at the top instead of a line over the whole height, which could hide a short pulse.
+    pub(super) tick: bool,
 }
 
 /// A point with a word beside it.
@@ -142,7 +144,9 @@ impl Figure {
                     chart.draw_series(DashedLineSeries::new(points, 2, 4, BLACK.stroke_width(2)))?;
                 }
                 Stroke::Samples => {
-                    chart.draw_series(points.into_iter().map(|point| Circle::new(point, 2, BLACK.filled())))?;
+                    // A dot on the frame would look like a value that is not.
+                    let inside = points.into_iter().filter(|(_, y)| (self.y.0..=self.y.1).contains(y));
+                    chart.draw_series(inside.map(|point| Circle::new(point, 2, BLACK.filled())))?;
                 }
             }
         }
@@ -167,7 +171,8 @@ impl Figure {
             if !(self.x.0..=self.x.1).contains(&instant.at) {
                 continue;
             }
-            let ends = [(instant.at, self.y.0), (instant.at, self.y.1)];
+            let foot = if instant.tick { self.y.1 - 0.08 * (self.y.1 - self.y.0) } else { self.y.0 };
+            let ends = [(instant.at, foot), (instant.at, self.y.1)];
             if instant.truth {
                 chart.draw_series(DashedLineSeries::new(ends, 2, 4, BLACK.stroke_width(1)))?;
             } else {

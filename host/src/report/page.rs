@@ -114,16 +114,23 @@ fn figures(impact: &ImpactReport, configuration: &Configuration) -> Markup {
     let end_ms = raw.last().map_or(1.0, |point| point.0);
     let whole = show.whole(raw.first().map_or(0.0, |point| point.0), end_ms);
     let toe = show.toe();
+    let (visible, beyond): (Vec<&Level>, Vec<&Level>) =
+        close.levels.iter().partition(|level| (close.y.0..=close.y.1).contains(&level.value));
     html! {
         figure {
             (PreEscaped(close.svg()))
-            (legend(impact.truth.is_some(), !close.levels.is_empty()))
-            figcaption { "The blow. The judged force passes the verdict filter; its largest value in the first 0.5 s, times S, is compared with the limit." }
+            (legend(impact.truth.is_some(), !visible.is_empty()))
+            figcaption {
+                "The blow. The judged force passes the verdict filter; its largest value in the first 0.5 s, times S, is compared with the limit."
+                @for level in beyond { " Far above the figure lies the " (level.label) "." }
+            }
         }
         figure {
             (PreEscaped(toe.svg()))
             figcaption {
-                "The first instants, enlarged. Dots are samples as measured, noise and mains hum still in them. The sensor notices the force at the threshold and reckons back to the instant of contact, below one sample."
+                "The first instants, enlarged; dots are samples"
+                @if impact.truth.is_some() { " as captured, noise and mains hum still in them" }
+                ". The sensor notices the force at the threshold and reckons back to the instant of contact, below one sample."
             }
         }
         figure {
@@ -151,13 +158,21 @@ impl Shown<'_> {
         1e3 * f64::from(instant.since(self.blow().contact_instant, self.impact.sample_rate).0)
     }
 
-    fn lines(&self, points: usize) -> Vec<Line> {
-        let mut lines = vec![
-            Line { stroke: Stroke::Raw, points: thinned(self.raw, points) },
-            Line { stroke: Stroke::Judged, points: thinned(self.judged, points) },
-        ];
+    /// The curves between two times, ms, each thinned to about so many points; the samples themselves where they are few.
+    fn lines(&self, from: f64, to: f64, points: usize) -> Vec<Line> {
+        const FEW: usize = 80;
+        let within = |line: &[(f64, f64)]| -> Vec<(f64, f64)> {
+            line.iter().copied().filter(|point| (from..=to).contains(&point.0)).collect()
+        };
+        let raw = within(self.raw);
+        let mut lines = Vec::new();
+        if raw.len() <= FEW {
+            lines.push(Line { stroke: Stroke::Samples, points: raw.clone() });
+        }
+        lines.push(Line { stroke: Stroke::Raw, points: thinned(&raw, points) });
+        lines.push(Line { stroke: Stroke::Judged, points: thinned(&within(self.judged), points) });
         if let Some(truth) = self.truth {
-            lines.push(Line { stroke: Stroke::Truth, points: thinned(truth, points) });
+            lines.push(Line { stroke: Stroke::Truth, points: thinned(&within(truth), points) });
         }
         lines
     }
@@ -226,11 +241,17 @@ impl Shown<'_> {
             x_label: "time since contact, ms",
             y_label: "force, N",
             window: Some((0.0, to.min(500.0), "transient window")),
-            lines: self.lines(2_000),
+            lines: self.lines(from, to, 2_000),
             levels,
             instants: vec![
-                Instant { at: 0.0, label: "contact".to_owned(), truth: false, row: 0 },
-                Instant { at: separation, label: format!("separation {separation:.2} ms"), truth: false, row: 0 },
+                Instant { at: 0.0, label: "contact".to_owned(), truth: false, row: 0, tick: false },
+                Instant {
+                    at: separation,
+                    label: format!("separation {separation:.2} ms"),
+                    truth: false,
+                    row: 0,
+                    tick: false,
+                },
             ],
             spots,
         }
@@ -248,6 +269,7 @@ impl Shown<'_> {
             },
             truth: false,
             row: i32::from(index > 0),
+            tick: true,
         });
         Figure {
             size: (940, 330),
@@ -256,7 +278,7 @@ impl Shown<'_> {
             x_label: "time since contact, ms",
             y_label: "force, N",
             window: Some((0.0, 500.0, "transient window, 0.5 s")),
-            lines: self.lines(2_000),
+            lines: self.lines(from, to, 2_000),
             levels,
             instants: instants.collect(),
             spots: Vec::new(),
@@ -267,16 +289,20 @@ impl Shown<'_> {
     fn toe(&self) -> Figure {
         let threshold = (f64::from(self.configuration.onset_multiple) * f64::from(self.blow().noise.0))
             .max(f64::from(self.configuration.onset_minimum.0));
-        let high = 4.0 * threshold;
-        let reached = self.raw.iter().find(|point| point.0 > 0.0 && point.1 > high).map_or(2.0, |point| point.0);
-        let span = reached.clamp(0.1, 50.0);
+        let reached = self.raw.iter().find(|point| point.0 > 0.0 && point.1 > 4.0 * threshold);
+        // A hard blow is there within a sample: then five samples and the first two of the rise are shown.
+        let sample_ms = 1e3 / f64::from(self.impact.sample_rate.0);
+        let span = reached.map_or(2.0, |point| point.0).clamp(5.0 * sample_ms, 50.0);
+        let first = self.raw.iter().filter(|point| (0.0..2.0 * sample_ms).contains(&point.0)).map(|point| point.1);
+        let high = first.fold(4.0 * threshold, f64::max);
         let (from, to) = (-1.2 * span, 1.15 * span);
-        let mut instants = vec![Instant { at: 0.0, label: "contact as sensed".to_owned(), truth: false, row: 0 }];
+        let mut instants =
+            vec![Instant { at: 0.0, label: "contact as sensed".to_owned(), truth: false, row: 0, tick: false }];
         if let Some(truth) = &self.impact.truth
             && let Some(contact) = truth.contacts.first()
         {
             let at = 1e3 * (contact.contact_s + truth.chain_delay_s);
-            instants.push(Instant { at, label: "contact as it was".to_owned(), truth: true, row: 1 });
+            instants.push(Instant { at, label: "contact as it was".to_owned(), truth: true, row: 1, tick: false });
         }
         let within = |points: &[(f64, f64)]| -> Vec<(f64, f64)> {
             points.iter().copied().filter(|point| (from..=to).contains(&point.0)).collect()
@@ -288,7 +314,7 @@ impl Shown<'_> {
         Figure {
             size: (940, 280),
             x: (from, to),
-            y: (-1.5 * threshold, 1.3 * high),
+            y: (-1.5 * threshold - 0.05 * high, 1.3 * high),
             x_label: "time since contact, ms",
             y_label: "force, N",
             window: None,
