@@ -132,11 +132,14 @@ impl Bus for UdpBus {
                 }
                 // A signal (Ctrl-C) ends the wait: the caller looks at its flag and comes back if it wants more.
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => return Ok(None),
-                Err(error) if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut) => {}
+                // Only an empty socket ends the wait: what this program sent itself comes back too, and stopping at
+                // such a packet would leave the others' waiting behind it.
+                Err(error) if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut) => {
+                    if Instant::now() >= deadline {
+                        return Ok(None);
+                    }
+                }
                 Err(source) => return Err(BusError::Receive { bus: self.describe(), source }),
-            }
-            if Instant::now() >= deadline {
-                return Ok(None);
             }
         }
     }
@@ -283,6 +286,18 @@ mod tests {
             assert_eq!(one.receive(SHORT).unwrap(), None);
             assert_eq!((one.counters().sent, other.counters().received), (1, 1));
         }
+    }
+
+    #[test]
+    fn what_it_sent_itself_does_not_hide_what_others_sent() {
+        let (mut one, mut other) = pair(4, 0).unwrap();
+        let frame = Frame::new(0x181, &[1]).unwrap();
+        for _ in 0..100 {
+            one.send(&frame).unwrap();
+        }
+        other.send(&frame).unwrap();
+        // Loopback delivers before `send` returns.
+        assert_eq!(one.receive(Duration::ZERO).unwrap().map(|stamped| stamped.frame), Some(frame));
     }
 
     #[test]

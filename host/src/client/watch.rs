@@ -606,6 +606,25 @@ impl Client {
         }
         Ok(events)
     }
+
+    /// The blow of this impact from the sensor's log; `None` when it is not there (any more).
+    ///
+    /// # Errors
+    /// [`ClientError::Sdo`].
+    pub fn logged_blow(&mut self, node: u8, impact: u32) -> Result<Option<Event>, ClientError> {
+        let mut sdo = self.sdo(node);
+        let first: u32 = sdo.read(index::EVENT_LOG, 1)?;
+        let last: u32 = sdo.read(index::EVENT_LOG, 2)?;
+        // Most likely it is among the newest.
+        for number in (first.max(1)..=last).rev() {
+            match self.logged_event(node, number)? {
+                Some(event) if event.impact == impact && event.contact == 0 => return Ok(Some(event)),
+                Some(event) if event.impact < impact => return Ok(None),
+                _ => {}
+            }
+        }
+        Ok(None)
+    }
 }
 
 #[cfg(test)]

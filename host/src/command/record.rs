@@ -291,8 +291,7 @@ impl<'a> Session<'a> {
     /// Writes a curve, and the campaign that now has it.
     fn keep(&mut self, client: &mut Client, curve: &Curve) -> miette::Result<()> {
         let node = self.sensor.node;
-        let blow =
-            client.logged_events(node)?.into_iter().find(|event| event.impact == curve.impact && event.contact == 0);
+        let blow = client.logged_blow(node, curve.impact)?;
         let number = self.answer.recordings.len() + 1;
         let file = format!("recordings/{number:03}.csv");
         self.recording(curve, blow.as_ref())?

@@ -20,7 +20,8 @@ use super::SimulatedSensor;
 use super::request::{Answer, Request};
 use crate::bus::{Bus, BusError};
 
-/// How long the shared bus is listened to between two advances of the world.
+/// Pause between two advances of the world. Slept, not waited on the bus: the kernel rounds the timeout of a socket up to
+/// its own tick of 4 ms or more, a sleep it does not.
 const TICK: Duration = Duration::from_millis(1);
 /// Heartbeats come from 0x700 + node id.
 const HEARTBEAT: std::ops::RangeInclusive<u16> = 0x701..=0x77F;
@@ -83,11 +84,9 @@ impl LiveSensor {
     /// # Errors
     /// [`LiveError`].
     pub fn live(&mut self) -> Result<Vec<Hit>, LiveError> {
+        std::thread::sleep(TICK);
         let mut hits = Vec::new();
-        // Everything that has already come goes in at once, a burst of requests too.
-        let mut wait = TICK;
-        while let Some(stamped) = self.bus.receive(wait)? {
-            wait = Duration::ZERO;
+        while let Some(stamped) = self.bus.receive(Duration::ZERO)? {
             match Request::decode(&stamped.frame) {
                 Some(request) if request.node.is_none_or(|node| node == self.node) => {
                     hits.extend(self.requested(&request)?);
