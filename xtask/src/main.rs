@@ -2,6 +2,7 @@
 //!
 //! `cargo xtask test` is the one command that passes all tests on a fresh machine; it installs what it lacks.
 
+mod dictionary;
 mod python;
 mod step;
 mod test;
@@ -12,8 +13,10 @@ const HELP: &str = "\
 Usage: cargo xtask CHORE
 
 Chores:
-  test     format, lints, documentation and all tests; installs what they need into target/
-  tables   remake the tables of the README (accuracy, speed); takes some minutes
+  test                 format, lints, documentation and all tests; installs what they need into target/
+  tables               remake the tables of the README (accuracy, speed); takes some minutes
+  dictionary           write docs/can/ (EDS, DBC, object table) from the firmware's object dictionary
+  dictionary NODE...   print a DBC file for sensors with these node ids (1 to 127, or 0x01 to 0x7F)
 ";
 
 fn main() -> ExitCode {
@@ -21,6 +24,7 @@ fn main() -> ExitCode {
     let outcome = match arguments.next().as_deref() {
         Some("test") => test::run(),
         Some("tables") => test::tables(),
+        Some("dictionary") => dictionary::run(&arguments.collect::<Vec<_>>()),
         Some("help" | "--help" | "-h") | None => {
             print!("{HELP}");
             return ExitCode::SUCCESS;

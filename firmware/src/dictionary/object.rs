@@ -1,7 +1,7 @@
 //! What an entry of the dictionary says about itself, and the list of all entries.
 //!
-//! This list is the single source: the SDO server answers from it, and the manual's table (and later the EDS
-//! file) is written from it.
+//! This list is the single source: the SDO server answers from it, the manual's table and
+//! the EDS and DBC files are written from it.
 
 use zencan_node::common::objects::{AccessType, DataType, ObjectCode, PdoMappable, SubInfo};
 
@@ -69,6 +69,29 @@ impl Sub {
             DataType::Int32 | DataType::UInt32 | DataType::Real32 => 4,
             DataType::Int64 | DataType::UInt64 | DataType::Real64 => 8,
             _ => 0,
+        }
+    }
+
+    /// What one step of the number is worth, and in which unit, as [`Self::unit`] says; (1, "") for what is no quantity.
+    ///
+    /// ```
+    /// use thud_firmware::dictionary::object::find;
+    /// let peak = find(0x2111).unwrap().sub(2).unwrap();
+    /// assert_eq!(peak.step(), (0.1, "N"));
+    /// ```
+    #[must_use]
+    pub fn step(&self) -> (f64, &'static str) {
+        const UNITS: [&str; 9] = ["N", "N s", "s", "ms", "kg", "Hz", "V", "N/m", "sample"];
+        let (quantity, _) = self.unit.split_once(',').unwrap_or((self.unit, ""));
+        let unit_of = |text: &str| UNITS.into_iter().find(|unit| *unit == text);
+        if let Some(unit) = unit_of(quantity) {
+            return (1.0, unit);
+        }
+        let (number, unit) = quantity.split_once(' ').unwrap_or((quantity, ""));
+        let (above, below) = number.split_once('/').unwrap_or((number, "1"));
+        match (above.parse::<f64>(), below.parse::<f64>(), unit_of(unit)) {
+            (Ok(above), Ok(below), Some(unit)) => (above / below, unit),
+            _ => (1.0, ""),
         }
     }
 

@@ -58,6 +58,42 @@ pub const fn object_of(setting: Setting) -> (u16, u8) {
     }
 }
 
+/// Lowest and highest value that the setting at this object can have, as EDS files want them: for a choice its first and last
+/// number, 0 where it stands for "none". `None` where every value of the type is possible or another setting decides.
+#[must_use]
+pub fn limits(object: u16, sub: u8) -> Option<(f32, f32)> {
+    use Setting::{
+        BodyStiffness, Contact, EffectiveMass, EffectiveMassMaxAge, Filter, Heartbeat, Limits, NewtonPerCode, NodeId,
+        OnsetMinimum, OnsetMultiple, Region as BodyRegion, RelativeUncertainty, SampleRate, TimeConstant,
+    };
+    const NUMBERS: [Setting; 11] = [
+        BodyStiffness,
+        EffectiveMass,
+        EffectiveMassMaxAge,
+        OnsetMultiple,
+        OnsetMinimum,
+        RelativeUncertainty,
+        SampleRate,
+        NewtonPerCode,
+        TimeConstant,
+        NodeId,
+        Heartbeat,
+    ];
+    let last = |number: usize| Some((0.0, number as f32));
+    match (object, sub) {
+        // 0: no region.
+        at if at == object_of(BodyRegion) => last(Region::ALL.len()),
+        at if at == object_of(Contact) => last(ContactKind::Clamped as usize),
+        at if at == object_of(Limits) => last(LimitsProfile::ALL.len() - 1),
+        at if at == object_of(Filter) => last(FilterProfile::ALL.len() - 1),
+        // 0: unknown.
+        at if at == object_of(EffectiveMass) => EffectiveMass.range().map(|(_, high)| (0.0, high)),
+        (index::RECEIVED_MASS, 1) => EffectiveMass.range(),
+        (index::TRANSACTION, 1) => Some((f32::from(super::APPLY), f32::from(super::DISCARD))),
+        at => NUMBERS.into_iter().find(|setting| object_of(*setting) == at).and_then(Setting::range),
+    }
+}
+
 /// The active configuration, what has been written since, and what was refused.
 #[derive(Clone, Debug)]
 pub struct Settings {
@@ -410,6 +446,42 @@ mod tests {
                 assert_eq!(settings.read(object.index, sub.sub), Some(value));
             }
         }
+    }
+
+    #[test]
+    fn the_limits_that_are_published_are_those_that_are_enforced() {
+        let bytes = |object: u16, sub: u8, value: f32| {
+            let kind = super::super::object::find(object).and_then(|found| found.sub(sub)).unwrap();
+            let mut bytes = [0; 4];
+            match kind.size() {
+                1 => bytes[0] = value as u8,
+                2 => bytes[..2].copy_from_slice(&(value as u16).to_le_bytes()),
+                _ if kind.kind == zencan_node::common::objects::DataType::UInt32 => {
+                    bytes = (value as u32).to_le_bytes();
+                }
+                _ => bytes = value.to_le_bytes(),
+            }
+            std::vec::Vec::from(&bytes[..kind.size()])
+        };
+        let mut checked = 0;
+        for object in super::super::object::OBJECTS.iter().filter(|object| (0x2000..=0x2004).contains(&object.index)) {
+            for sub in object.subs {
+                let Some((low, high)) = limits(object.index, sub.sub) else { continue };
+                checked += 1;
+                for inside in [low, high] {
+                    let written = settings().write(object.index, sub.sub, &bytes(object.index, sub.sub, inside));
+                    assert_eq!(written, Ok(()), "{:#06X}:{} = {inside}", object.index, sub.sub);
+                }
+                // The next value above that the type has, if it has one.
+                let above =
+                    if sub.kind == zencan_node::common::objects::DataType::Real32 { high * 1.001 } else { high + 1.0 };
+                if high < 65_535.0 || sub.size() == 4 {
+                    let written = settings().write(object.index, sub.sub, &bytes(object.index, sub.sub, above));
+                    assert!(written.is_err(), "{:#06X}:{} = {above}", object.index, sub.sub);
+                }
+            }
+        }
+        assert_eq!(checked, 15, "all settings but the codes and voltages of the chain, which limit one another");
     }
 
     #[test]
