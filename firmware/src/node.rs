@@ -40,6 +40,9 @@ const LSS_REQUEST: u16 = 0x7E5;
 const LSS_RESPONSE: u16 = 0x7E4;
 /// LSS "store configuration", CiA 305.
 const LSS_STORE: u8 = 0x17;
+/// LSS "configure node id" and the error of an id that no node can have, CiA 305.
+const LSS_NODE_ID: u8 = 0x11;
+const LSS_OUT_OF_RANGE: u8 = 1;
 /// SDO frames that may wait in the outbox at once; more would only wait there instead of in the capture.
 const SDO_WINDOW: usize = 4;
 
@@ -100,6 +103,8 @@ pub struct CanOpenNode<const N: usize> {
     next_heartbeat_ms: u64,
     /// Number of the next event to be sent.
     next_event: u32,
+    /// The LSS request being answered asked for an impossible node id.
+    lss_refused: bool,
 }
 
 /// Whether an NMT or LSS frame has the length and, for LSS fast scan, the fields that CiA 301 and 305 give it; `zencan-node` relies
@@ -144,6 +149,7 @@ impl<const N: usize> CanOpenNode<N> {
             sdo: SdoServer::new(),
             next_heartbeat_ms: 0,
             next_event: 1,
+            lss_refused: false,
         };
         match shared.identity.reset_cause {
             ResetCause::Watchdog => shared.report(Report::Raised(Fault::Watchdog, 0)),
@@ -176,6 +182,14 @@ impl<const N: usize> CanOpenNode<N> {
         if matches!(frame.id, NMT_ID | LSS_REQUEST) {
             if !is_sound(frame) {
                 return;
+            }
+            let mut frame = *frame;
+            // The stack takes any byte for a node id (0 and 128 to 254 too) and would leave the node without one. It is asked to
+            // set the id that it has, so that it answers in the configuration state only; its answer then says no.
+            self.lss_refused =
+                frame.id == LSS_REQUEST && frame.data[0] == LSS_NODE_ID && !matches!(frame.data[1], 1..=127 | 255);
+            if self.lss_refused {
+                frame.data[1] = self.zencan.node_id();
             }
             let message = CanMessage::new(CanId::std(frame.id), frame.bytes());
             // A malformed one is handed back; there is nobody to tell.
@@ -263,6 +277,9 @@ impl<const N: usize> CanOpenNode<N> {
             // The only such message that it sends is the boot-up: state 0, and no number of a state.
             frame.data[0] = 0;
             self.next_heartbeat_ms = now_ms + u64::from(self.objects.heartbeat_ms);
+        }
+        if id == LSS_RESPONSE && frame.data[0] == LSS_NODE_ID && self.lss_refused {
+            frame.data[1] = LSS_OUT_OF_RANGE;
         }
         if id == LSS_RESPONSE && frame.data[..2] == [LSS_STORE, 0] {
             let node_id = self.zencan.node_id();
@@ -504,6 +521,28 @@ mod tests {
         assert_eq!(node.node_id(), Some(0x42));
         node.receive(&Frame::new(0x642, &[0x40, 0x18, 0x10, 4, 0, 0, 0, 0]).unwrap(), 0);
         assert!(sent(shared).iter().any(|frame| frame.id == 0x5C2));
+    }
+
+    #[test]
+    fn an_impossible_id_is_refused_over_lss_and_the_old_one_stays() {
+        let (mut node, shared) = node();
+        let before = node.node_id();
+        let lss = |node: &mut CanOpenNode<64>, bytes: [u8; 8]| {
+            node.receive(&Frame::new(LSS_REQUEST, &bytes).unwrap(), 0);
+            sent(shared)
+                .into_iter()
+                .filter(|frame| frame.id == LSS_RESPONSE)
+                .map(|frame| frame.data)
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(lss(&mut node, [0x11, 0, 0, 0, 0, 0, 0, 0]), [[0; 8]; 0], "waiting, it does not answer");
+        lss(&mut node, [0x04, 1, 0, 0, 0, 0, 0, 0]);
+        for impossible in [0, 128, 0xA1, 254] {
+            assert_eq!(lss(&mut node, [0x11, impossible, 0, 0, 0, 0, 0, 0]), [[0x11, 1, 0, 0, 0, 0, 0, 0]]);
+            assert_eq!(node.node_id(), before);
+        }
+        assert_eq!(lss(&mut node, [0x11, 0x42, 0, 0, 0, 0, 0, 0]), [[0x11, 0, 0, 0, 0, 0, 0, 0]]);
+        assert_eq!(node.node_id(), Some(0x42));
     }
 
     /// Frames that this node listens to, more often with a meaningful first byte than by chance.
