@@ -5,6 +5,7 @@ import sys
 import warnings
 
 import canopen
+from canopen.objectdictionary import datatypes
 
 warnings.simplefilter("error")
 from bus import arguments, connect, sensor  # noqa: E402  (examples/python is on the path)
@@ -59,7 +60,7 @@ with connect(options) as network:
                 assert data.decode() == variable.default, where
             if variable.access_type in ("ro", "const"):
                 assert abort_of(lambda: node.sdo.download(*at, data)) == READ_ONLY, where
-            elif variable.min is not None and variable.data_type in variable.INTEGER_TYPES:
+            elif variable.min is not None and variable.data_type in datatypes.INTEGER_TYPES:
                 for beyond in (variable.min - 1, variable.max + 1):
                     if 0 <= beyond < 1 << len(variable):
                         assert abort_of(lambda: node.sdo.download(*at, variable.encode_raw(beyond))) is not None, where
