@@ -15,6 +15,7 @@
 //! it otherwise than CiA 301 says: the heartbeat (it reads the period only once), the boot-up message (it sends the state
 //! pre-operational instead of 0), EMCY, TIME, PDOs (it stores a PDO that came before the node was Operational and
 //! applies it later, and a TPDO's second value overwrites a first one that has not been sent) and SDO (see [`crate::sdo`]).
+//! A node id from LSS is checked here and takes effect at the reset of communication, as CiA 305 has it.
 //! Its mailboxes hold one frame; it is therefore processed after every single frame.
 
 use static_cell::StaticCell;
@@ -103,8 +104,10 @@ pub struct CanOpenNode<const N: usize> {
     next_heartbeat_ms: u64,
     /// Number of the next event to be sent.
     next_event: u32,
-    /// The LSS request being answered asked for an impossible node id.
-    lss_refused: bool,
+    /// Node id that the LSS request being answered asks for, or the error that it gets.
+    asked_id: Option<Result<u8, u8>>,
+    /// Node id assigned over LSS that holds from the next reset of communication on; 255 for none.
+    pending_id: Option<u8>,
 }
 
 /// Whether an NMT or LSS frame has the length and, for LSS fast scan, the fields that CiA 301 and 305 give it; `zencan-node` relies
@@ -149,7 +152,8 @@ impl<const N: usize> CanOpenNode<N> {
             sdo: SdoServer::new(),
             next_heartbeat_ms: 0,
             next_event: 1,
-            lss_refused: false,
+            asked_id: None,
+            pending_id: None,
         };
         match shared.identity.reset_cause {
             ResetCause::Watchdog => shared.report(Report::Raised(Fault::Watchdog, 0)),
@@ -184,12 +188,16 @@ impl<const N: usize> CanOpenNode<N> {
                 return;
             }
             let mut frame = *frame;
-            // The stack takes any byte for a node id (0 and 128 to 254 too) and would leave the node without one. It is asked to
-            // set the id that it has, so that it answers in the configuration state only; its answer then says no.
-            self.lss_refused =
-                frame.id == LSS_REQUEST && frame.data[0] == LSS_NODE_ID && !matches!(frame.data[1], 1..=127 | 255);
-            if self.lss_refused {
-                frame.data[1] = self.zencan.node_id();
+            // The stack takes any byte for a node id (0 and 128 to 254 too, which would leave it without one), and at once, where CiA
+            // 305 has a node that has an id keep it until its communication is reset: a master resets it under the old one. So
+            // the stack is asked to set the id that it has, for its answer, which comes in the configuration state only.
+            self.asked_id = None;
+            if frame.id == LSS_REQUEST && frame.data[0] == LSS_NODE_ID {
+                let possible = matches!(frame.data[1], 1..=127 | 255);
+                if !possible || self.objects.node_id.is_some() {
+                    self.asked_id = Some(if possible { Ok(frame.data[1]) } else { Err(LSS_OUT_OF_RANGE) });
+                    frame.data[1] = self.zencan.node_id();
+                }
             }
             let message = CanMessage::new(CanId::std(frame.id), frame.bytes());
             // A malformed one is handed back; there is nobody to tell.
@@ -248,9 +256,10 @@ impl<const N: usize> CanOpenNode<N> {
             self.zencan.process(now_ms * 1000);
             if self.zencan.nmt_state() == NmtState::Bootup {
                 let node = self.shared.active().configuration.node;
+                let id = self.pending_id.take().unwrap_or(node.node_id);
                 self.sdo.reset();
-                self.objects.reset_communication(Some(node.node_id), node.heartbeat_ms);
-                self.zencan.set_node_id(NodeId::new(node.node_id).unwrap_or(NodeId::Unconfigured));
+                self.objects.reset_communication(Some(id).filter(|id| (1..=127).contains(id)), node.heartbeat_ms);
+                self.zencan.set_node_id(NodeId::new(id).unwrap_or(NodeId::Unconfigured));
             }
             let id = Some(self.zencan.node_id()).filter(|id| (1..=127).contains(id));
             if id != self.objects.node_id && self.zencan.nmt_state() != NmtState::Bootup {
@@ -278,11 +287,15 @@ impl<const N: usize> CanOpenNode<N> {
             frame.data[0] = 0;
             self.next_heartbeat_ms = now_ms + u64::from(self.objects.heartbeat_ms);
         }
-        if id == LSS_RESPONSE && frame.data[0] == LSS_NODE_ID && self.lss_refused {
-            frame.data[1] = LSS_OUT_OF_RANGE;
+        if id == LSS_RESPONSE && frame.data[0] == LSS_NODE_ID {
+            match self.asked_id.take() {
+                Some(Ok(node_id)) => self.pending_id = Some(node_id),
+                Some(Err(error)) => frame.data[1] = error,
+                None => {}
+            }
         }
         if id == LSS_RESPONSE && frame.data[..2] == [LSS_STORE, 0] {
-            let node_id = self.zencan.node_id();
+            let node_id = self.pending_id.unwrap_or(self.zencan.node_id());
             let applied = self.shared.settings.lock(|settings| settings.borrow_mut().assign_node_id(node_id));
             match applied {
                 Ok(stamped) => {
@@ -505,6 +518,7 @@ mod tests {
         };
         lss(&mut node, [0x04, 1, 0, 0, 0, 0, 0, 0]);
         lss(&mut node, [0x11, 0xFF, 0, 0, 0, 0, 0, 0]);
+        node.receive(&Frame::new(0, &[0x82, 0]).unwrap(), 0);
         assert_eq!(node.node_id(), None);
         assert_eq!(lss(&mut node, [0x04, 0, 0, 0, 0, 0, 0, 0]), [], "no heartbeat without an id");
         // A bit and a field that do not exist, on which the stack would stumble.
@@ -542,7 +556,11 @@ mod tests {
             assert_eq!(node.node_id(), before);
         }
         assert_eq!(lss(&mut node, [0x11, 0x42, 0, 0, 0, 0, 0, 0]), [[0x11, 0, 0, 0, 0, 0, 0, 0]]);
+        assert_eq!(node.node_id(), before, "until its communication is reset");
+        sent(shared);
+        node.receive(&Frame::new(0, &[0x82, before.unwrap()]).unwrap(), 0);
         assert_eq!(node.node_id(), Some(0x42));
+        assert!(sent(shared).iter().any(|frame| frame.id == 0x742 && frame.bytes() == [0]), "it boots up");
     }
 
     /// Frames that this node listens to, more often with a meaningful first byte than by chance.

@@ -353,9 +353,11 @@ fn lss_assigns_a_node_id_that_lasts() {
         assert_eq!(master.expect(0x7E4, 50).await.unwrap().data[0], 0x44, "selected");
         master.send(0x7E5, &[0x11, 0x31, 0, 0, 0, 0, 0, 0]);
         assert_eq!(master.expect(0x7E4, 50).await.unwrap().data[..2], [0x11, 0]);
-        assert_eq!(master.expect(0x731, 50).await.unwrap().bytes(), [0], "boots up under its new id");
         master.send(0x7E5, &[0x17, 0, 0, 0, 0, 0, 0, 0]);
         assert_eq!(master.expect(0x7E4, 50).await.unwrap().data[..2], [0x17, 0]);
+        // Under the old id, which it has until then.
+        master.send(0x000, &[0x82, master.node]);
+        assert_eq!(master.expect(0x731, 50).await.unwrap().bytes(), [0], "boots up under its new id");
         master.wait(200).await;
     });
     with_sensor(&flash, async |master| {
