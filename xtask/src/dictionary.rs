@@ -14,6 +14,7 @@ mod defaults;
 mod eds;
 mod table;
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use thud_firmware::configuration::Configuration;
@@ -36,7 +37,8 @@ fn files() -> [(PathBuf, String); 3] {
 /// Says which file could not be written, or which node id is none.
 pub fn run(nodes: &[String]) -> Result<(), String> {
     if !nodes.is_empty() {
-        let nodes: Vec<u8> = nodes.iter().map(|text| node(text)).collect::<Result<_, _>>()?;
+        let nodes: BTreeSet<u8> = nodes.iter().map(|text| node(text)).collect::<Result<_, _>>()?;
+        let nodes: Vec<u8> = nodes.into_iter().collect();
         print!("{}", dbc::write(&nodes));
         return Ok(());
     }
