@@ -207,7 +207,7 @@ impl Flank {
         if slope <= 0.0 || slope.is_nan() {
             return None;
         }
-        let begin = (centre - mean / slope).clamp(-(self.reach as f32), 0.5);
+        let begin = (centre - mean / slope).max(-(self.reach as f32)).min(0.5);
         Some(Arc { begin, slope, curvature: 0.0 })
     }
 
@@ -243,10 +243,10 @@ impl Flank {
             let [by_slope, by_curvature, by_begin] = normal.solve()?;
             // Steps are held within what the linearisation can mean.
             let scale = arc.slope.abs() * length;
-            arc.slope = (arc.slope + by_slope.clamp(-scale, scale) / length).max(0.1 * start.slope);
+            arc.slope = (arc.slope + by_slope.max(-scale).min(scale) / length).max(0.1 * start.slope);
             arc.curvature += by_curvature.clamp(-3.0, 3.0) / (length * length);
             let moved = by_begin.clamp(-0.5, 0.5) * length;
-            arc.begin = (arc.begin + moved).clamp(-(self.reach as f32), self.to_peak.max(1.0));
+            arc.begin = (arc.begin + moved).max(-(self.reach as f32)).min(self.to_peak.max(1.0));
             if moved.abs() < 1e-3 && step > 0 {
                 break;
             }
