@@ -29,5 +29,5 @@ static mut KEPT: MaybeUninit<PanicRecord> = MaybeUninit::uninit();
 /// The memory that survives a reset. Called from `main` before anything else runs, and by whatever ends all else.
 #[expect(unsafe_code, reason = "any bytes are a record; the callers are never two at a time, see above")]
 pub fn kept() -> &'static mut PanicRecord {
-    unsafe { (*&raw mut KEPT).assume_init_mut() }
+    unsafe { &mut *(&raw mut KEPT).cast::<PanicRecord>() }
 }

@@ -47,7 +47,7 @@ fn pending() -> u32 {
 
 impl CanTransmit for Transmission {
     fn free(&mut self) -> usize {
-        BUFFERS - (pending() & (1 << BUFFERS) - 1).count_ones() as usize
+        BUFFERS - (pending() & ((1 << BUFFERS) - 1)).count_ones() as usize
     }
 
     fn load(&mut self, frame: &Frame) -> Result<(), MailboxesFull> {
