@@ -432,3 +432,17 @@ fn a_reaction_comes_after_its_threshold_and_its_delay() {
     let gentle = strike(&rig, 0.1, mass, &[reaction], 0.2);
     assert_eq!(gentle.truth().peak_n, strike(&rig, 0.1, mass, &[], 0.2).truth().peak_n);
 }
+
+/// Without a pad the springs themselves relax. Left alone they are without force at once, and recover behind the robot.
+#[test]
+fn relaxing_springs_leave_the_cell_without_force_when_the_robot_has_gone() {
+    let impact = strike(&Rig::impact(25e3), 0.3, 6.0, &["pad-relaxation:ratio=0.5,time_constant_s=0.01"], 0.2);
+    let end = impact.contact_intervals()[0].1.unwrap();
+    let stroke = |since_s: f64| impact.value(Quantity::Stroke, end + since_s);
+    assert!(stroke(0.0) > 1e-4);
+    for since_s in [1e-6, 1e-3, 0.01, 0.1] {
+        assert_near("force", impact.force_n(end + since_s), 0.0, 1e-6);
+        // F = 0: x = κz/(1 + κ), so ż = −z/(τ(1 + κ)).
+        assert_near("stroke", stroke(since_s), stroke(0.0) * (-since_s / 0.01 / 1.5).exp(), 1e-7);
+    }
+}

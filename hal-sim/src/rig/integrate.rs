@@ -65,7 +65,7 @@ pub struct Effort {
 }
 
 pub(super) fn integrate(assembly: Assembly, until_s: f64, accuracy: Accuracy) -> Result<Impact, RigError> {
-    let system = System::new(assembly)?;
+    let system = System::new(assembly, accuracy.force_n)?;
     match system.states() {
         0..=2 => by_size::<2>(system, until_s, accuracy),
         3..=4 => by_size::<4>(system, until_s, accuracy),
