@@ -195,30 +195,38 @@ impl System {
 
     /// The last moment of a creeping piece's contact: its length and the states after it. The robot's speed is constant, so
     /// the piece runs straight to where it is left alone: P = 0, S(x_p) = −σ·F_c, and the pad as deep as it
-    /// stays.
+    /// stays. A dashpot ends the contact before that; but it defines the piece's velocity, along which the force is
+    /// a ramp to zero.
     pub(super) fn closing(&self, time_s: f64, state: &[f64], mode: &Mode) -> Option<(f64, [f64; MOST_STATES])> {
         let piece = self.layout.piece?;
         let instant = self.instant(time_s, state, mode);
         if !mode.touching || self.closing_n(&instant, mode) <= 0.0 {
             return None;
         }
-        let left_n = match mode.guiding {
-            Guiding::Sliding(sign) => -sign * self.assembly.guide.coulomb_n,
-            Guiding::Free | Guiding::Sticking => 0.0,
-        };
-        let left_m = depth_under(left_n, instant.piece_m, |depth_m| self.spring(depth_m, 0.0, state, mode));
-        let tip_m = left_m + self.free_depth_m(state, mode);
-        let moment_s = (instant.tip_m - tip_m) / -instant.tip_m_per_s;
-        if left_m > instant.piece_m || !(0.0..=5.0 * CLOSING_RADIANS / self.pulsation_per_s()).contains(&moment_s) {
-            return None;
-        }
         let mut rates = [0.0; MOST_STATES];
         self.rates(time_s, state, mode, &mut rates);
+        let free_m = self.free_depth_m(state, mode);
+        let closing_m_per_s = instant.tip_m_per_s - instant.piece_m_per_s;
+        let dashpot = self.pad(free_m, closing_m_per_s, state, mode).damping_ns_per_m > 0.0;
+        let moment_s;
+        if dashpot {
+            moment_s = instant.contact_n / (self.assembly.spring.stiffness_n_per_m * -instant.piece_m_per_s);
+        } else {
+            let left_n = match mode.guiding {
+                Guiding::Sliding(sign) => -sign * self.assembly.guide.coulomb_n,
+                Guiding::Free | Guiding::Sticking => 0.0,
+            };
+            let left_m = depth_under(left_n, instant.piece_m, |depth_m| self.spring(depth_m, 0.0, state, mode));
+            moment_s = (instant.tip_m - left_m - free_m) / -instant.tip_m_per_s;
+            (rates[0], rates[piece]) = (instant.tip_m_per_s, (left_m - instant.piece_m) / moment_s);
+        }
+        if rates[piece] > 0.0 || !(1e-15..=5.0 * CLOSING_RADIANS / self.pulsation_per_s()).contains(&moment_s) {
+            return None;
+        }
         let mut after = [0.0; MOST_STATES];
         for ((after, before), rate) in after.iter_mut().zip(state).zip(rates) {
             *after = before + rate * moment_s;
         }
-        (after[0], after[piece]) = (tip_m, left_m);
         Some((moment_s, after))
     }
 
