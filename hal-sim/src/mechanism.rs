@@ -24,18 +24,24 @@
 //! A new site (say, a second robot joint) is a change of the assembly; a new mechanism at a known site is not.
 
 mod air_drag;
+mod charge_drift;
+mod clipping;
 mod collision_reaction;
 mod effect;
 mod end_stop;
+mod gain_error;
 mod guide_friction;
+mod hardening;
 mod hunt_crossley_damping;
 mod joint_elasticity;
 mod load_dependent_friction;
+mod mains_hum;
 mod moving_piece_inertia;
 mod pad_relaxation;
 mod parameter;
 mod piezo_discharge;
 mod robot_push;
+mod speed_error;
 mod stiction;
 mod viscous_damping;
 
@@ -49,6 +55,7 @@ pub static LIST: &[&Mechanism] = &[
     &hunt_crossley_damping::MECHANISM,
     &viscous_damping::MECHANISM,
     &pad_relaxation::MECHANISM,
+    &hardening::MECHANISM,
     &end_stop::MECHANISM,
     &guide_friction::MECHANISM,
     &load_dependent_friction::MECHANISM,
@@ -57,7 +64,12 @@ pub static LIST: &[&Mechanism] = &[
     &joint_elasticity::MECHANISM,
     &robot_push::MECHANISM,
     &collision_reaction::MECHANISM,
+    &speed_error::MECHANISM,
     &piezo_discharge::MECHANISM,
+    &charge_drift::MECHANISM,
+    &clipping::MECHANISM,
+    &mains_hum::MECHANISM,
+    &gain_error::MECHANISM,
     &air_drag::MECHANISM,
 ];
 
