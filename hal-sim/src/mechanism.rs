@@ -11,7 +11,7 @@
 //!
 //! | site | door | mechanisms |
 //! |---|---|---|
-//! | pad | [`ForceLaw`](crate::rig::ForceLaw) on `assembly.pad`: force from depth, rate and states of its own; a knot where its form changes | `hunt-crossley-damping`, `viscous-damping`, `air-damping` and `rate-stiffening` (depend on the rate), `pad-relaxation` (a state: the strain of the viscous branch), `hardening` (elastic), `adhesion` (a law that holds at negative depth until `Element::pull_off_n` is passed), `clearance` (a knot: no force below the gap) |
+//! | pad | [`ForceLaw`](crate::rig::ForceLaw) on `assembly.pad`: force from depth, rate and states of its own; a knot where its form changes | `hunt-crossley-damping`, `viscous-damping`, `rate-stiffening` and `air-damping` (depend on the rate; the latter with a laminar part, since a massless piece cannot be balanced by a drag that vanishes with the square of its rate), `pad-relaxation` (a state: the strain of the viscous branch), `hardening` (elastic), `adhesion` (a law that holds at negative depth until `Element::pull_off_n` is passed), `clearance` (a knot: no force below the gap) |
 //! | pad, spring | `stiffness_n_per_m` of the element, changed once with the approach's order number in hand | `mullins-softening`, spring repeatability, a wrong spring |
 //! | spring | `ForceLaw` on `assembly.spring`, with a knot | `end-stop` |
 //! | guide | numbers of [`Guide`](crate::rig::Guide): Coulomb level, static ratio, load coefficient, share through the cell | `guide-friction`, `stiction`, `load-dependent-friction` |
