@@ -97,7 +97,7 @@ fn no_plausible_effects_defeat_the_rig_in_a_long_run() {
 /// What earlier long runs found. Each is a rig (N/m, with 0 for no pad), a speed, a mass and the effects.
 #[test]
 fn what_once_defeated_it_does_so_no_more() {
-    let found: [(f64, f64, f64, f64, &[&str]); 7] = [
+    let found: [(f64, f64, f64, f64, &[&str]); 8] = [
         // A light piece between overdamped springs that creeps up to the edge of what its friction holds.
         (
             58_931.8,
@@ -132,6 +132,18 @@ fn what_once_defeated_it_does_so_no_more() {
                 "hunt-crossley-damping:alpha_s_per_m=0.22538437773617198",
                 "robot-push:force_N=92.92237193333082,rise_time_s=0.0115641020952186",
                 "pad-relaxation:ratio=0.7091179606463299,time_constant_s=0.003921812765382885",
+            ],
+        ),
+        // A ringing piece that lets go of the robot for less than a step.
+        (
+            72_222.041_973_195_07,
+            1_617_970.528_469_682,
+            0.275_982_852_552_790_9,
+            3.961_120_061_186_883,
+            &[
+                "guide-friction:force_N=1.122706847566153,cell_share=0",
+                "moving-piece-inertia:mass_kg=0.22340633006286642,pad_damping_ratio=0.011903716325284749,\
+                 spring_damping_ratio=0.0012671577532435288,contact_stiffness_N_per_m=500000",
             ],
         ),
         // The end of a contact on a stiff pad with next to no damping.
