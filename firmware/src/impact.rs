@@ -28,7 +28,9 @@ mod contacts;
 mod flank;
 mod force;
 mod impulse;
+mod least_squares;
 mod peak;
+mod ring;
 mod verdict_filter;
 
 /// Most contacts of one impact that become events. Further ones are not lost for the judgement (the blow's transient
