@@ -39,8 +39,12 @@ const HIGHEST: f32 = 1000.0;
 const STEP: f32 = 1.3;
 /// Periods of the first stretch.
 const FIRST_PERIODS: f32 = 0.6;
-/// Periods that must be seen: a hard pad lets go of the piece after a half.
-const LEAST_PERIODS: f32 = 0.45;
+/// A hard pad lets go of the piece after some half a period, and what comes then is no ring: either the fit ends before that,
+/// or it goes on so long that nobody has let go. Periods.
+const SHORT_PERIODS: (f32, f32) = (0.45, 0.8);
+const LONG_PERIODS: f32 = 1.5;
+/// As the misfit that ends the growing, but for the stretch that is believed: 1.4 deviations of χ².
+const CLEAN_MISFIT: f32 = 2.0;
 /// Shortest period that can be followed, samples.
 const SHORTEST_PERIOD: f32 = 8.0;
 /// Points for each period.
@@ -195,39 +199,6 @@ pub fn find<C: Curve>(flank: &Flank, force: &Force<'_, C>, start: Arc) -> Option
         }
     }
     let best = best?;
-    let arc = arc_alone(flank, force, &best)?;
-    let worth = WORTH * libm::logf(best.points as f32);
-    (arc > best.squares + worth).then_some(best)
-}
-
-fn from_frequency<C: Curve>(
-    flank: &Flank,
-    force: &Force<'_, C>,
-    start: Arc,
-    pulsation: f32,
-    whole: f32,
-    loss: f32,
-) -> Option<Fitted> {
-    let mut length = FIRST_PERIODS * core::f32::consts::TAU / pulsation;
-    let arc = flank.arc_over(force, start, length).unwrap_or(start);
-    let mut ringing = Ringing { arc, lead: 0.0, fading: 0.0, pulsation, decay: DAMPING.0 * pulsation };
-    let mut best: Option<Fitted> = None;
-    loop {
-        let Some(fitted) = fit(flank, force, ringing, length, loss) else { return best };
-        ringing = fitted.ringing;
-        if !fitted.fits() {
-            return best;
-        }
-        let period = core::f32::consts::TAU / ringing.pulsation;
-        let range = flank.rate / HIGHEST..=flank.rate / LOWEST;
-        if range.contains(&period) && length >= LEAST_PERIODS * period {
-            best = Some(fitted);
-        }
-        if length >= whole || best.is_some_and(|best| best.deviation <= ENOUGH * flank.rate) {
-            return best;
-        }
-        length = (length * 1.4).min(whole);
-    }
 }
 
 /// Levenberg–Marquardt on a stretch of `length` samples from t₀ on.
