@@ -197,3 +197,26 @@ pub fn grid() -> Vec<Case> {
     }
     cases
 }
+
+/// Further mechanisms with the piece: a pad that loses energy as it is compressed, a guide that rubs, and both.
+pub fn lossy() -> Vec<Case> {
+    const FURTHER: [&[&str]; 3] =
+        [&["hunt-crossley-damping"], &["guide-friction"], &["hunt-crossley-damping", "guide-friction"]];
+    let mut cases = Vec::new();
+    for further in FURTHER {
+        for (pad_n_per_m, body_n_per_m) in [(1000e3, 75e3), (80e3, 35e3), (17e3, 10e3)] {
+            for speed_m_per_s in [0.15, 0.6] {
+                cases.push(Case {
+                    body_n_per_m,
+                    pad_n_per_m,
+                    piece_kg: 0.12,
+                    damping: (0.03, 0.01),
+                    speed_m_per_s,
+                    robot_kg: 6.0,
+                    further,
+                });
+            }
+        }
+    }
+    cases
+}
