@@ -134,10 +134,12 @@ impl Ringing {
         // The mean of a sine over the width.
         let half = 0.5 * pulsation * width;
         let envelope = libm::expf(-decay * u) * (1.0 - half * half / 6.0).max(0.0);
-        let height = (1.0 + decay * lead) / pulsation;
+        let height = (1.0 + decay * lead) / pulsation - lead * lead * pulsation;
         let ring = envelope * (lead * cosine + height * sine);
         let ring_slope = envelope * pulsation * (height * cosine - lead * sine) - decay * ring;
-        let by_pulsation = envelope * (u * (height * cosine - lead * sine) - height / pulsation * sine);
+        let by_pulsation = envelope
+            * (u * (height * cosine - lead * sine)
+                - ((1.0 + decay * lead) / (pulsation * pulsation) + lead * lead) * sine);
         let rate = 0.5 * curvature * lead + self.fading;
         let fading = libm::expf(-rate * y);
         let (value, rise) = (fading * arc.value, fading * (arc.by_x - rate * arc.value));
@@ -146,7 +148,10 @@ impl Ringing {
             shape,
             slope * (fading * arc.by_curvature - 0.5 * lead * y * value),
             -slope * (rise - ring_slope),
-            slope * (rise - 0.5 * curvature * y * value - envelope * (cosine + decay / pulsation * sine)),
+            slope
+                * (rise
+                    - 0.5 * curvature * y * value
+                    - envelope * (cosine + (decay / pulsation - 2.0 * lead * pulsation) * sine)),
             -slope * by_pulsation,
             slope * (u * ring - envelope * lead / pulsation * sine),
             -slope * y * value,

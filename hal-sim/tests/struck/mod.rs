@@ -99,9 +99,9 @@ impl Case {
         let configuration = Configuration::DEFAULT;
         let mut sensor = Box::new(Sensor::<CAPTURE>::new(Stamped { configuration, revision: 1, hash: 0 }));
         let mut events = Vec::new();
-        let blocks = ((CONTACT_S + SIMULATED_S) * RATE) as u64 / BLOCK as u64;
-        for block in 0..blocks {
+        for block in 0.. {
             let first_index = block * BLOCK as u64;
+            assert!(first_index < 15 * RATE as u64, "{self:?}, seed {seed}: no event");
             let times: Vec<f64> =
                 (0..BLOCK as u64).map(|index| (first_index + index) as f64 / RATE - contact_s).collect();
             let mut newtons = impact.sample(Quantity::CellForce, &times);
@@ -112,8 +112,10 @@ impl Case {
                     events.extend(sensor.evaluate(&context));
                 }
             }
+            if !events.is_empty() {
+                break;
+            }
         }
-        assert!(!events.is_empty(), "{self:?}, seed {seed}: no event");
         let event = events[0];
         let sensed_s = (event.contact_instant.index as f64 + f64::from(event.contact_instant.fraction)) / RATE;
         (event, sensed_s - contact_s)
