@@ -18,10 +18,12 @@
 //!
 //! The end of a contact is the same flank, read backward.
 //!
-//! **What it cannot know.** The instant is that of the force at the cell. A piece of mass m between the robot and the springs passes
-//! the force on as s·(u − sin(Ωu)/Ω), Ω² = (k_pad + k)/m: a short stretch then reads up to about 1/Ω after the touch (0.2 ms for
-//! 0.05 to 0.1 kg behind a hard pad, 0.5 to 1 ms for 0.1 kg behind a medium one). That is physics of the rig, not of the sensor,
-//! and is not guessed away here.
+//! **A moving piece.** The instant is that of the force at the cell. A piece of mass m between the robot and the springs passes the
+//! force on as s·(u − sin(Ωu)/Ω), Ω² = (k_pad + k)/m, so that an arc on a short stretch reads about 1/Ω too late (0.2 ms for 0.05 to
+//! 0.1 kg behind a hard pad, 0.5 to 2 ms for more behind a softer one). So [`ring`] is tried at each begin, and where the ring is
+//! seen, its instant is taken.
+//!
+//! **What it cannot know.** Where the guide holds the piece, the cell feels nothing until the friction is overcome.
 
 use super::arc::Shape;
 use super::force::{Force, PIECE};
