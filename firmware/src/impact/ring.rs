@@ -112,6 +112,11 @@ impl Fitted {
         self.squares / self.points.max(1) as f32
     }
 
+    /// Nothing is left to look for.
+    fn explains(&self, whole: f32) -> bool {
+        self.length >= 0.98 * whole
+    }
+
     /// Longer, or as long and nearer.
     fn is_better_than(&self, other: &Self) -> bool {
         let ratio = self.length / other.length;
@@ -194,7 +199,7 @@ pub fn find<C: Curve>(flank: &Flank, force: &Force<'_, C>, start: Arc) -> Option
     let mut best: Option<Fitted> = None;
     for loss in FADING {
         let mut hertz = LOWEST;
-        while hertz <= HIGHEST {
+        while hertz <= HIGHEST && !best.is_some_and(|best| best.explains(whole)) {
             let period = flank.rate / hertz;
             if period >= SHORTEST_PERIOD
                 && FIRST_PERIODS * period <= whole
@@ -205,7 +210,7 @@ pub fn find<C: Curve>(flank: &Flank, force: &Force<'_, C>, start: Arc) -> Option
             }
             hertz *= STEP;
         }
-        if best.is_some_and(|best| best.deviation <= ENOUGH * flank.rate || best.length >= whole) {
+        if best.is_some_and(|best| best.deviation <= ENOUGH * flank.rate || best.explains(whole)) {
             break;
         }
     }
