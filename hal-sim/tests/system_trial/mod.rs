@@ -202,8 +202,7 @@ impl Scene {
         let board = self.world.board(self.board);
         let since_start_s = board.instant_of(0).as_micros() as f64 * 1e-6;
         let sensed_s = since_start_s
-            + (event.contact_instant.index as f64 + f64::from(event.contact_instant.fraction)) / SAMPLE_RATE_HZ
-            - f64::from(board.settings().chain.delay().0);
+            + (event.contact_instant.index as f64 + f64::from(event.contact_instant.fraction)) / SAMPLE_RATE_HZ;
         let scaled_n = scaling(self.region) * f64::from(event.severity.transient.0);
         Outcome {
             contact_s: sensed_s - contact_s,
