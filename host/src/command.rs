@@ -4,6 +4,7 @@ use clap::{Parser, Subcommand};
 
 mod configure;
 mod demo;
+mod hit;
 mod monitor;
 mod record;
 mod replay;
@@ -28,6 +29,7 @@ enum Command {
     Simulate(simulate::Simulate),
     Replay(replay::Replay),
     Sensor(sensor::Sensor),
+    Hit(hit::Hit),
     Configure(configure::Configure),
     Monitor(monitor::Monitor),
     Record(record::Record),
@@ -45,6 +47,7 @@ impl Thud {
             Command::Simulate(command) => command.run(),
             Command::Replay(command) => command.run(),
             Command::Sensor(command) => command.run(),
+            Command::Hit(command) => command.run(),
             Command::Configure(command) => command.run(),
             Command::Monitor(command) => command.run(),
             Command::Record(command) => command.run(),

@@ -4,8 +4,25 @@
 //!
 //! ```text
 //! CAN ─▶ bus (transports) ─▶ client (the sensor as an object) ─▶ command ─▶ terminal, JSON, report
-//! rig ─▶ campaign (recordings with what is believed of them) ─▶ replay ─▶ report
+//! rig ─▶ simulation ─▶ campaign (recordings with what is believed of them) ─▶ replay ─▶ report
 //! ```
+//!
+//! `demonstration` goes the whole way at once, from the simulated rig over the simulated bus to the report.
 
+pub mod bus;
+pub mod campaign;
+pub mod client;
 pub mod command;
+pub mod decimal;
+pub mod demonstration;
+pub mod input;
+pub mod interrupt;
 pub mod json;
+pub mod model;
+pub mod recording;
+pub mod replay;
+pub mod report;
+pub mod settings;
+pub mod simulated_sensor;
+pub mod simulation;
+pub mod table;

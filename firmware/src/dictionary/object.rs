@@ -281,6 +281,7 @@ pub static OBJECTS: &[Object] = &[
             rw(6, "Time constant", Real32, "s", "0.01 to 1e6"),
             rw(7, "Bias low", Real32, "V", "below the high one"),
             rw(8, "Bias high", Real32, "V", "above the low one"),
+            rw(9, "Delay", Real32, "s", "0 to 0.002"),
         ],
     ),
     record(

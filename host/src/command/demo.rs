@@ -1,14 +1,82 @@
-//! `thud demo`.
+//! `thud demo`: the first thing that a newcomer runs.
+
+use std::path::PathBuf;
+
+use indicatif::ProgressBar;
+use miette::{IntoDiagnostic as _, WrapErr as _};
+
+use crate::demonstration::{Outcome, Scenario, demonstrate, report, table};
+use crate::json::JsonOption;
+use crate::report::{page, words};
 
 /// A robot hits the simulated rig; see what the sensor makes of it
+///
+/// A robot runs into a rig three times, each time faster. The sensor's own firmware runs on a simulated board, senses the
+/// blows through a simulated measuring chain, and reports them over a simulated CAN bus. What was sensed stands beside
+/// what the rig truly did. One HTML page shows the force curves.
 #[derive(clap::Args, Debug)]
 pub struct Demo {
+    /// Starts the random numbers: region, robot, speeds, noise; the same seed gives the same results
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// Write the HTML page to FILE [default: out/demo.html]
+    #[arg(long, value_name = "FILE.html", conflicts_with = "out")]
+    report: Option<PathBuf>,
+    /// Write page and JSON into DIR, as demo.html and demo.json
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
     #[command(flatten)]
-    json: crate::json::JsonOption,
+    json: JsonOption,
 }
 
 impl Demo {
     pub(super) fn run(self) -> miette::Result<()> {
-        miette::bail!("`thud demo` is not built yet")
+        let quiet = self.json.owns_stdout();
+        let page_path = match (&self.out, &self.report) {
+            (Some(folder), _) => folder.join("demo.html"),
+            (None, Some(path)) => path.clone(),
+            (None, None) => PathBuf::from("out/demo.html"),
+        };
+        if let Some(folder) = page_path.parent() {
+            std::fs::create_dir_all(folder)
+                .into_diagnostic()
+                .wrap_err_with(|| format!("cannot make the folder {}", folder.display()))?;
+        }
+        let scenario = Scenario::from_seed(self.seed).into_diagnostic()?;
+        if !quiet {
+            println!(
+                "A simulated robot of {:.2} kg runs into a rig for the {} ({:.0} N/mm), three times.\n",
+                scenario.true_mass_kg,
+                words::region_name(scenario.region),
+                scenario.rig.body_stiffness_n_per_m / 1e3,
+            );
+        }
+        let spinner = ProgressBar::new_spinner();
+        spinner.enable_steady_tick(std::time::Duration::from_millis(100));
+        let demonstrated = demonstrate(scenario, |step| spinner.set_message(step.to_owned()))?;
+        spinner.finish_and_clear();
+
+        let outcome = Outcome::new(&demonstrated);
+        let text = page(&report(&demonstrated));
+        std::fs::write(&page_path, text)
+            .into_diagnostic()
+            .wrap_err_with(|| format!("cannot write {}", page_path.display()))?;
+        if let Some(folder) = &self.out {
+            JsonOption { json: Some(folder.join("demo.json")) }.write(&outcome)?;
+        }
+        self.json.write(&outcome)?;
+        if !quiet {
+            print!("{}", table(&outcome));
+            println!();
+            for (index, blow) in demonstrated.blows.iter().enumerate() {
+                println!("  Blow {}: {}", index + 1, words::explain_verdict(&blow.events[0]));
+            }
+            println!(
+                "\n  {} frames came over the simulated CAN bus, {} were lost; {:.1} s of virtual time.",
+                outcome.frames_received, outcome.frames_lost, outcome.virtual_s
+            );
+            println!("  The page with the force curves is {}; open it in a browser.", page_path.display());
+        }
+        Ok(())
     }
 }

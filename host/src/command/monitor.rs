@@ -1,14 +1,168 @@
-//! `thud monitor`.
+//! `thud monitor`: the events of all sensors as they happen.
+
+use std::time::Duration;
+
+use serde::Serialize;
+
+use crate::bus::Counters;
+use crate::bus::option::BusOption;
+use crate::client::Client;
+use crate::client::find::Sensor;
+use crate::client::watch::{Happening, SeenEvent, Source, Watch};
+use crate::client::words::{searching, traffic};
+use crate::interrupt;
+use crate::json::JsonOption;
 
 /// Show the events of the sensors on a bus as they happen
+///
+/// Alarms, events with their verdicts, faults in words, and losses, of all sensors in one table, until Ctrl-C, --count
+/// or --duration. An event whose frames got lost is read from the sensor's log; one that is no longer there is
+/// reported as lost. Times are the sensor's own, in seconds since its power-up.
 #[derive(clap::Args, Debug)]
+#[command(after_long_help = "Examples:\n  thud monitor\n  thud monitor --count 3 --json events.json")]
 pub struct Monitor {
     #[command(flatten)]
-    json: crate::json::JsonOption,
+    bus: BusOption,
+    /// Only the sensor with this node id
+    #[arg(long, value_name = "ID", value_parser = clap::value_parser!(u8).range(1..=127))]
+    node: Option<u8>,
+    /// End after so many events
+    #[arg(long, value_name = "N")]
+    count: Option<u64>,
+    /// End after so many seconds
+    #[arg(long, value_name = "S")]
+    duration: Option<f64>,
+    /// Do not switch sensors to Operational; those that are not send no events
+    #[arg(long)]
+    listen_only: bool,
+    #[command(flatten)]
+    json: JsonOption,
+}
+
+#[derive(Serialize)]
+struct Answer {
+    sensors: Vec<Sensor>,
+    events: Vec<SeenEvent>,
+    /// Events that can no longer be read.
+    lost: u64,
+    /// Everything else that happened, in order.
+    other: Vec<Happening>,
+    frames: Counters,
 }
 
 impl Monitor {
     pub(super) fn run(self) -> miette::Result<()> {
-        miette::bail!("`thud monitor` is not built yet")
+        let duration = crate::interrupt::span(self.duration)?;
+        interrupt::catch();
+        let mut client = Client::open(&self.bus.bus)?;
+        let progress = searching(&client.line().describe());
+        let sensors = client.find(self.node)?;
+        let mut watch = Watch::new(&mut client, sensors, !self.listen_only)?;
+        progress.finish_and_clear();
+
+        let quiet = self.json.owns_stdout();
+        if !quiet {
+            for sensor in watch.sensors() {
+                println!("Following node {}, serial {}. Ctrl-C ends.", sensor.node, sensor.serial);
+            }
+            println!("{HEADING}");
+        }
+        let mut answer =
+            Answer { sensors: vec![], events: vec![], lost: 0, other: vec![], frames: Counters::default() };
+        let until = duration.map(|duration| client.line().now() + duration);
+        while !interrupt::asked()
+            && until.is_none_or(|until| client.line().now() < until)
+            && self.count.is_none_or(|count| (answer.events.len() as u64) < count)
+        {
+            for happening in watch.next(&mut client, Duration::from_millis(50))? {
+                if !quiet {
+                    println!("{}", line(&happening));
+                }
+                match happening {
+                    Happening::Event(event) => answer.events.push(*event),
+                    other => {
+                        if let Happening::Lost { numbers, .. } = &other {
+                            answer.lost += numbers.len() as u64;
+                        }
+                        answer.other.push(other);
+                    }
+                }
+            }
+        }
+        answer.sensors = watch.sensors().cloned().collect();
+        answer.frames = client.counters();
+        self.json.write(&answer)?;
+        if !quiet {
+            let from_log = answer.events.iter().filter(|event| event.source == Source::Log).count();
+            println!("{} events, {from_log} of them from the log, {} lost.", answer.events.len(), answer.lost);
+            println!("{}", traffic(&client.line().describe(), &answer.frames));
+        }
+        Ok(())
+    }
+}
+
+const HEADING: &str =
+    "node       at s  contact        peak N     raw N  scaled N  impulse Ns      ms  verdict       flags";
+
+/// One line of the table, or a sentence.
+fn line(happening: &Happening) -> String {
+    match happening {
+        Happening::Event(event) => event_line(event),
+        Happening::Alarm { node, noticed_s, force_n, .. } => {
+            format!("{node:>4} {noticed_s:>10.4}  alarm: contact began, {force_n:.1} N so far")
+        }
+        Happening::Lost { node, numbers } => {
+            let numbers: Vec<String> = numbers.iter().map(u32::to_string).collect();
+            format!(
+                "{node:>4}             LOST: event {} was not received, and the log has overwritten it",
+                numbers.join(", ")
+            )
+        }
+        Happening::Emergency { node, words, .. } => format!("{node:>4}             fault: {words}"),
+        Happening::Malformed { node, words } => format!("{node:>4}             cannot be read: {words}"),
+        Happening::State { node, state } => format!("{node:>4}             is {state}"),
+        Happening::Started { node, serial } => format!("{node:>4}             started (serial {serial})"),
+        Happening::Silent { node } => format!("{node:>4}             SILENT: its heartbeat stopped"),
+        Happening::Doubled { node, serials } => {
+            let serials: Vec<String> = serials.iter().map(u32::to_string).collect();
+            format!("{node:>4}             TWO DEVICES have this id (of serial {})", serials.join(" and "))
+        }
+    }
+}
+
+fn event_line(event: &SeenEvent) -> String {
+    let contact = if event.contact == 0 { "blow".to_owned() } else { format!("rebound {}", event.contact) };
+    let mut flags: Vec<&str> = event.flags.names().collect();
+    if !event.saturated.is_empty() {
+        flags.push("(values at the end of their frame's range)");
+    }
+    if event.source == Source::Log {
+        flags.push("(from the log)");
+    }
+    format!(
+        "{:>4} {:>10.4}  {contact:<12} {:>8.1}  {:>8.1}  {:>8.1}  {:>10.3}  {:>6.1}  {:<12}  {}",
+        event.node,
+        event.contact_s,
+        event.peak_n,
+        event.raw_peak_n,
+        event.scaled_n,
+        event.impulse_ns,
+        event.duration_s * 1e3,
+        event.verdict.name(),
+        flags.join(" "),
+    )
+    .trim_end()
+    .to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_stand_under_their_headings() {
+        let line = line(&Happening::Alarm { node: 32, noticed_s: 1.5, force_n: 14.24, impact: 1 });
+        assert_eq!(line, "  32     1.5000  alarm: contact began, 14.2 N so far");
+        assert!(HEADING.find("at s").unwrap() + 4 == line.find("1.5000").unwrap() + 6);
     }
 }

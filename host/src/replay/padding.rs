@@ -1,0 +1,165 @@
+//! Quiet before and after a recording.
+//!
+//! The firmware learns zero, hum and noise before it is armed, and closes an impact when the force has been gone for a
+//! while. A recording that begins shortly before the contact, or ends soon after it, gives no time for either. What is
+//! missing is made of its own idle samples, so that level, noise and slow tones are those of the recording.
+//!
+//! Where the idle stretch is long enough, whole tenths of a second of it are repeated: five periods of 50 Hz mains and
+//! six of 60 Hz, so that hum goes on in phase. A shorter one is walked to and fro, a mirror at either end, so that there is
+//! no step:
+//!
+//! ```text
+//!   … i₂ i₁ i₀ i₁ i₂ … i_m … i₂ i₁ | i₀ i₁ i₂ … i_m contact
+//!   ─────── made ───────────────── ─── recorded ──────────
+//! ```
+
+/// Least number of samples to take noise from.
+const LEAST_IDLE: usize = 8;
+
+/// A sample this many standard deviations from the mean of the samples before it is no longer idle.
+const DEPARTURE: f64 = 6.0;
+
+/// The last part of the idle stretch is left out: the toe of the contact is in it before it stands out.
+const TOE_SHARE: f64 = 0.2;
+
+/// Whole periods of both mains frequencies, s.
+const MAINS_PERIODS_S: f64 = 0.1;
+
+/// So many samples in a row must stand out: noise does so once in a while, a contact goes on.
+const CONFIRMED: usize = 3;
+
+/// How many of the first samples are idle: nothing touches, and quiet can be made of them.
+///
+/// Grows from the first eight samples on until three in a row depart from the mean of those before them by more than six
+/// standard deviations and `resolution`, the step of the values; then gives up a fifth for the toe. `None` when there are
+/// not even eight.
+#[must_use]
+pub fn idle_samples(values: &[f64], resolution: f64) -> Option<usize> {
+    if values.len() < LEAST_IDLE {
+        return None;
+    }
+    let (mut count, mut mean, mut squares) = (0.0_f64, 0.0, 0.0);
+    let mut departing = 0;
+    for (index, value) in values.iter().enumerate() {
+        let deviation = (squares / count.max(1.0)).sqrt();
+        if index >= LEAST_IDLE && (value - mean).abs() > DEPARTURE * deviation + resolution {
+            departing += 1;
+            if departing == CONFIRMED {
+                let idle = index + 1 - CONFIRMED;
+                return Some(idle - (idle as f64 * TOE_SHARE).ceil() as usize);
+            }
+            continue;
+        }
+        departing = 0;
+        // Welford's recurrence.
+        count += 1.0;
+        let difference = value - mean;
+        mean += difference / count;
+        squares += difference * (value - mean);
+    }
+    Some(values.len())
+}
+
+/// The idle signal of a recording, continued to any time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Quiet {
+    idle: Vec<f64>,
+    mirrored: bool,
+}
+
+impl Quiet {
+    /// Quiet made of these samples, the first of the recording, at `rate_hz`.
+    ///
+    /// # Panics
+    /// When there is no sample.
+    #[must_use]
+    pub fn new(idle: &[f64], rate_hz: f64) -> Self {
+        assert!(!idle.is_empty(), "quiet is made of at least one sample");
+        let period = (MAINS_PERIODS_S * rate_hz).round() as usize;
+        let periods = idle.len().checked_div(period).unwrap_or(0);
+        if periods == 0 {
+            Self { idle: idle.to_vec(), mirrored: true }
+        } else {
+            Self { idle: idle[..periods * period].to_vec(), mirrored: false }
+        }
+    }
+
+    /// Whether the samples are walked to and fro, because they are fewer than hum would need.
+    #[must_use]
+    pub fn mirrored(&self) -> bool {
+        self.mirrored
+    }
+
+    /// Mean of the samples.
+    #[must_use]
+    pub fn level(&self) -> f64 {
+        self.idle.iter().sum::<f64>() / self.idle.len() as f64
+    }
+
+    /// The quiet signal at a sample of the recording; negative before its beginning.
+    #[must_use]
+    pub fn at(&self, sample: i64) -> f64 {
+        let count = self.idle.len();
+        let place = if self.mirrored {
+            let turn = (2 * count).saturating_sub(2).max(1);
+            let step = sample.rem_euclid(turn as i64) as usize;
+            step.min(turn - step)
+        } else {
+            sample.rem_euclid(count as i64) as usize
+        };
+        self.idle[place.min(count - 1)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    #[test]
+    fn a_short_stretch_is_mirrored_without_a_step() {
+        let quiet = Quiet::new(&[1.0, 2.0, 3.0], 20_000.0);
+        let made: Vec<f64> = (-5..6).map(|sample| quiet.at(sample)).collect();
+        assert_eq!(made, [2.0, 1.0, 2.0, 3.0, 2.0, 1.0, 2.0, 3.0, 2.0, 1.0, 2.0]);
+        assert_eq!(Quiet::new(&[4.0], 20_000.0).at(-3), 4.0);
+    }
+
+    #[test]
+    fn hum_goes_on_in_phase() {
+        let rate = 2_000.0;
+        let hum =
+            |sample: i64| (TAU * 50.0 * sample as f64 / rate).cos() + 0.5 * (TAU * 60.0 * sample as f64 / rate).sin();
+        let idle: Vec<f64> = (0..250).map(hum).collect();
+        let quiet = Quiet::new(&idle, rate);
+        assert!(!quiet.mirrored());
+        for sample in [-1001, -1, 0, 199, 200, 5_003] {
+            assert!((quiet.at(sample) - hum(sample)).abs() < 1e-9, "{sample}");
+        }
+    }
+
+    #[test]
+    fn idle_ends_where_the_contact_begins() {
+        let mut values: Vec<f64> = (0..100).map(|index| 0.01 * f64::from(index % 3)).collect();
+        values.extend([0.02, 0.5, 3.0, 10.0]);
+        let idle = idle_samples(&values, 0.0).unwrap();
+        assert!((70..=101).contains(&idle), "{idle}");
+    }
+
+    #[test]
+    fn a_single_sample_that_stands_out_is_noise() {
+        let mut values: Vec<f64> = (0..100).map(|index| 0.01 * f64::from(index % 3)).collect();
+        values[20] = 5.0;
+        assert_eq!(idle_samples(&values, 0.0), Some(100));
+    }
+
+    #[test]
+    fn too_few_samples_are_no_idle_stretch() {
+        assert_eq!(idle_samples(&[0.0; 5], 0.0), None);
+    }
+
+    #[test]
+    fn a_recording_without_contact_is_all_idle() {
+        assert_eq!(idle_samples(&[0.5; 50], 0.01), Some(50));
+    }
+}

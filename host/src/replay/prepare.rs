@@ -1,0 +1,221 @@
+//! A recording's force on the ADC's grid, with the quiet that the firmware needs around it.
+
+use super::ReplayError;
+use super::padding::{Quiet, idle_samples};
+use super::resample::{Stretch, resample};
+use crate::recording::{FORCE, Recording};
+
+/// Slowest rate that a recording is replayed at unless another is asked for: that of the reference ADC.
+pub const LEAST_RATE_HZ: f64 = 20_000.0;
+/// Fastest: what the ADC reaches. A faster recording loses samples here, and that is said.
+pub const LAST_RATE_HZ: f64 = 250_000.0;
+
+/// Quiet that the firmware gets before the contact, s: it settles in 0.5 s and learns for another 0.5 s.
+const QUIET_BEFORE_S: f64 = 1.0;
+/// Quiet after the end, s: an impact is over when the force has been gone for the rest of the transient window, 0.5 s.
+const QUIET_AFTER_S: f64 = 1.0;
+/// The most samples that are replayed: 17 minutes at 20 kS/s.
+const MOST_SAMPLES: f64 = 2e7;
+/// A force this far above the idle level at the end of the recording is a contact that was cut, N.
+const CUT_N: f64 = 2.0;
+
+/// Force as the sensor's cell would see it, sampled evenly.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prepared {
+    /// Samples per second.
+    pub rate_hz: f64,
+    /// Instant of sample 0, s, in the recording's own time; the quiet made before it lies before the recording.
+    pub origin_s: f64,
+    /// Stretches of force, N, without loss in them; what lies between two of them was lost.
+    pub stretches: Vec<Stretch>,
+    /// Samples of the recording itself that are missing in its gaps.
+    pub lost: u64,
+    /// Number of the first sample after the end of the recording.
+    pub end: u64,
+    /// Whether something still touched when the recording ended.
+    pub cut: bool,
+    /// What was done to the recording, one sentence each.
+    pub notes: Vec<String>,
+}
+
+impl Prepared {
+    /// The instant of a sample in the recording's own time, s; the sample may be fractional.
+    #[must_use]
+    pub fn time_s(&self, sample: f64) -> f64 {
+        self.origin_s + sample / self.rate_hz
+    }
+}
+
+/// Prepares the force of a recording; `file` is the name that errors give it.
+///
+/// A recording slower than the ADC is resampled to its rate; a faster one keeps its own up to the ADC's
+/// fastest, so that a short pulse keeps its peak. `rate_hz` overrides both. `resolution_n` is the chain's step.
+///
+/// # Errors
+/// There is no force, too little of it, or too much.
+pub fn prepare(
+    file: &str,
+    recording: &Recording,
+    rate_hz: Option<f64>,
+    resolution_n: f64,
+) -> Result<Prepared, ReplayError> {
+    let Some(force) = recording.channel(FORCE) else {
+        let has: Vec<&str> = recording.channels().iter().map(|channel| channel.name.as_str()).collect();
+        return Err(ReplayError::NoForce { file: file.to_owned(), has: has.join(", ") });
+    };
+    let times = recording.times_s();
+    let gaps = recording.gaps();
+    let own_rate = own_rate_hz(recording);
+    let rate = rate_hz.unwrap_or_else(|| own_rate.clamp(LEAST_RATE_HZ, LAST_RATE_HZ));
+    let duration_s = times[times.len() - 1] - times[0];
+    let samples = duration_s * rate;
+    if samples > MOST_SAMPLES {
+        return Err(ReplayError::TooLong { file: file.to_owned(), duration_s, rate_hz: rate, samples });
+    }
+
+    let mut notes = Vec::new();
+    if own_rate < rate * 0.999 {
+        notes.push(format!(
+            "recorded at {own_rate:.0} samples a second, brought to {rate:.0} by a monotone cubic: \
+             a peak between two recorded samples is not restored"
+        ));
+    } else if own_rate > rate * 1.001 {
+        notes.push(format!(
+            "recorded at {own_rate:.0} samples a second, of which {rate:.0} are used: faster content is lost"
+        ));
+    }
+    let mut stretches = resample(times, force, &gaps, rate);
+    let interval = recording.median_interval_s();
+    let lost: u64 = gaps.iter().map(|gap| ((gap.to_s - gap.from_s) / interval).round() as u64 - 1).sum();
+    for gap in &gaps {
+        notes.push(format!("samples are missing between {} s and {} s", gap.from_s, gap.to_s));
+    }
+
+    let Some(idle) = stretches.first().and_then(|stretch| idle_samples(&stretch.values, resolution_n)) else {
+        return Err(ReplayError::NotIdle { file: file.to_owned(), samples: times.len() });
+    };
+    let quiet = Quiet::new(&stretches[0].values[..idle], rate);
+    let lead = (QUIET_BEFORE_S * rate).ceil() as usize;
+    let lead = lead.saturating_sub(idle);
+    let how = if quiet.mirrored() { "mirrored" } else { "repeated" };
+    if lead > 0 {
+        notes.push(format!(
+            "it begins {:.4} s before the first departure from idle, too late for the firmware to settle: {:.3} s of quiet \
+             were put before it, made of its own idle samples, {how}",
+            idle as f64 / rate,
+            lead as f64 / rate
+        ));
+        for stretch in &mut stretches {
+            stretch.first += lead as u64;
+        }
+        stretches[0].first = 0;
+        stretches[0].values.splice(0..0, (0..lead).map(|sample| quiet.at(sample as i64 - lead as i64)));
+    }
+
+    let last = stretches.last_mut().expect("a recording has samples");
+    let end = last.first + last.values.len() as u64;
+    let cut = last.values.last().is_some_and(|force| (force - quiet.level()).abs() > CUT_N.max(6.0 * resolution_n));
+    let tail = (QUIET_AFTER_S * rate).ceil() as u64;
+    if cut {
+        notes.push(format!(
+            "it ends at {} s while {:.1} N act: the rest of that contact is not known, it is marked truncated",
+            times[times.len() - 1],
+            last.values[last.values.len() - 1] - quiet.level()
+        ));
+    }
+    last.values.extend((end..end + tail).map(|sample| quiet.at(sample as i64 - lead as i64)));
+
+    Ok(Prepared { rate_hz: rate, origin_s: times[0] - lead as f64 / rate, stretches, lost, end, cut, notes })
+}
+
+/// Samples per second, from the mean of all steps that are no gaps: time columns are rounded, their median with them.
+fn own_rate_hz(recording: &Recording) -> f64 {
+    let times = recording.times_s();
+    let gaps = recording.gaps();
+    let missing: f64 = gaps.iter().map(|gap| gap.to_s - gap.from_s).sum();
+    let steps = times.len() - 1 - gaps.len();
+    let rate = steps as f64 / (times[times.len() - 1] - times[0] - missing);
+    // Ten parts in a million are the rounding of the time column, not the clock.
+    let whole = rate.round();
+    if (rate / whole - 1.0).abs() < 1e-5 { whole } else { rate }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::Channel;
+
+    fn recording(times: Vec<f64>, force: impl Fn(f64) -> f64) -> Recording {
+        let values = times.iter().map(|time| force(*time)).collect();
+        Recording::new(times, vec![Channel { name: FORCE.to_owned(), values }]).unwrap()
+    }
+
+    fn pulse(time: f64) -> f64 {
+        if (0.0..0.02).contains(&time) { 100.0 * (std::f64::consts::PI * time / 0.02).sin() } else { 0.0 }
+    }
+
+    fn times(from: f64, to: f64, rate: f64) -> Vec<f64> {
+        (0..).map(|index| from + f64::from(index) / rate).take_while(|time| *time < to).collect()
+    }
+
+    #[test]
+    fn a_slow_recording_comes_to_the_adc_s_rate_and_keeps_its_time() {
+        let prepared = prepare("a.csv", &recording(times(-0.2, 0.5, 1_250.0), pulse), None, 0.07).unwrap();
+        assert_eq!(prepared.rate_hz, 20_000.0);
+        assert_eq!(prepared.stretches.len(), 1);
+        let values = &prepared.stretches[0].values;
+        let peak = values.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).unwrap();
+        assert!((prepared.time_s(peak.0 as f64) - 0.01).abs() < 0.8e-3);
+        assert!(prepared.origin_s < -1.0);
+        assert!(prepared.notes.iter().any(|note| note.contains("1250")), "{:?}", prepared.notes);
+        assert!(prepared.notes.iter().any(|note| note.contains("repeated")), "{:?}", prepared.notes);
+    }
+
+    #[test]
+    fn a_fast_recording_keeps_its_rate() {
+        let prepared = prepare("a.csv", &recording(times(-0.001, 0.1, 25_600.0), pulse), None, 0.07).unwrap();
+        assert_eq!(prepared.rate_hz, 25_600.0);
+        assert!(prepared.notes.iter().any(|note| note.contains("mirrored")), "{:?}", prepared.notes);
+        let beyond = prepare("a.csv", &recording(times(-0.001, 0.1, 500_000.0), pulse), None, 0.07).unwrap();
+        assert_eq!(beyond.rate_hz, 250_000.0);
+        assert!(beyond.notes.iter().any(|note| note.contains("faster content is lost")), "{:?}", beyond.notes);
+    }
+
+    #[test]
+    fn a_recording_with_enough_quiet_gets_none_before_it() {
+        let prepared = prepare("a.csv", &recording(times(-2.0, 0.5, 20_000.0), pulse), None, 0.07).unwrap();
+        assert_eq!(prepared.notes, [] as [String; 0]);
+        assert_eq!(prepared.origin_s, -2.0);
+    }
+
+    #[test]
+    fn gaps_stay_gaps() {
+        let times = times(-2.0, 0.5, 20_000.0).into_iter().filter(|time| !(0.0049..0.0061).contains(time)).collect();
+        let prepared = prepare("a.csv", &recording(times, pulse), None, 0.07).unwrap();
+        assert_eq!(prepared.stretches.len(), 2);
+        let end = prepared.stretches[0].first + prepared.stretches[0].values.len() as u64;
+        assert_eq!(prepared.stretches[1].first - end, prepared.lost);
+        assert!((22..=26).contains(&prepared.lost), "{}", prepared.lost);
+    }
+
+    #[test]
+    fn a_contact_that_the_end_cuts_is_said() {
+        let prepared = prepare("a.csv", &recording(times(-2.0, 0.01, 20_000.0), pulse), None, 0.07).unwrap();
+        assert!(prepared.cut);
+        assert_eq!(prepared.lost, 0);
+        assert_eq!(prepared.time_s(prepared.end as f64), -2.0 + (prepared.end as f64) / 20_000.0);
+        assert!(prepared.notes.iter().any(|note| note.contains("it ends at")), "{:?}", prepared.notes);
+    }
+
+    #[test]
+    fn what_cannot_be_replayed_is_said() {
+        let height = Channel { name: "height_m".to_owned(), values: vec![0.0; 10] };
+        let fall = Recording::new(times(0.0, 9.5, 1.0), vec![height]).unwrap();
+        let error = prepare("ball.csv", &fall, None, 0.07).unwrap_err();
+        assert_eq!(error.to_string(), "ball.csv: there is no column `force_N`; it has height_m");
+        let short = recording(vec![0.0, 1e-4], pulse);
+        assert!(matches!(prepare("a.csv", &short, None, 0.07), Err(ReplayError::NotIdle { .. })));
+        let long = recording((0..100).map(|index| f64::from(index) * 1e6).collect(), pulse);
+        assert!(matches!(prepare("a.csv", &long, None, 0.07), Err(ReplayError::TooLong { .. })));
+    }
+}

@@ -1,0 +1,244 @@
+//! The tool from the outside: `simulate` makes campaigns, `replay` senses them, `demo` goes the whole way.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+/// A folder of its own, gone at the end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let folder = std::env::temp_dir().join(format!("thud-{}-{name}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&folder);
+        std::fs::create_dir_all(&folder).unwrap();
+        Self(folder)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn thud(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_thud")).current_dir(folder).args(arguments).output().unwrap()
+}
+
+fn succeeds(folder: &Path, arguments: &[&str]) -> String {
+    let output = thud(folder, arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// What it says when it refuses, without the frame and the line breaks of the terminal.
+fn refuses(folder: &Path, arguments: &[&str]) -> String {
+    let output = thud(folder, arguments);
+    assert!(!output.status.success(), "{arguments:?}");
+    let words = String::from_utf8(output.stderr).unwrap();
+    words.replace(['│', '×', '╭', '╰', '─'], " ").split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
+}
+
+fn number(value: &Value, key: &str) -> f64 {
+    value[key].as_f64().unwrap_or_else(|| panic!("{key} in {value}"))
+}
+
+#[test]
+fn what_the_sensor_says_of_a_simulated_campaign_is_what_was_true() {
+    let folder = Folder::new("truth");
+    succeeds(
+        &folder.0,
+        &[
+            "simulate",
+            "--regions",
+            "chest,lower-arm",
+            "--speeds",
+            "0.1,0.25,0.5",
+            "--masses",
+            "4,8",
+            "--repeats",
+            "1",
+            "--hum",
+            "0.5",
+            "--drift",
+            "0.014",
+            "--mechanism",
+            "hunt-crossley-damping:alpha_s_per_m=0.2",
+            "--seed",
+            "3",
+            "--out",
+            "c",
+            "--truth",
+            "truth.json",
+        ],
+    );
+    let truth = json(&std::fs::read_to_string(folder.0.join("truth.json")).unwrap());
+    let mut squares = Vec::new();
+    for campaign in truth["campaigns"].as_array().unwrap() {
+        let region = campaign["name"].as_str().unwrap();
+        for recording in campaign["recordings"].as_array().unwrap() {
+            let file = format!("c/{region}/{}", recording["file"].as_str().unwrap());
+            let answer =
+                json(&succeeds(&folder.0, &["replay", &file, "--region", region, "--mass", "6", "--json", "-"]));
+            let events = answer["events"].as_array().unwrap();
+            assert_eq!(events.len(), 1, "{file}: {events:?}");
+            let (event, contact) = (&events[0], &recording["contacts"][0]);
+            squares.push((number(event, "contact_s") - number(contact, "contact_s")).powi(2));
+            let peak = number(contact, "peak_N");
+            let error = (number(event, "raw_peak_N") - peak).abs();
+            assert!(error < (0.005 * peak).max(0.5), "{file}: peak off by {error} N of {peak} N");
+            let impulse = number(event, "impulse_Ns") / number(contact, "impulse_Ns") - 1.0;
+            assert!(impulse.abs() < 0.01, "{file}: impulse off by {impulse}");
+            assert_eq!(answer["lost"], 0);
+        }
+    }
+    let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+    // The slowest of them, 0.1 m/s on 25 N/mm, rises so slowly that noise alone allows no better than some 60 µs.
+    assert!(rms < 75e-6, "contact instant {rms} s rms over {} blows", squares.len());
+}
+
+#[test]
+fn the_answer_has_the_keys_of_the_contract() {
+    let folder = Folder::new("keys");
+    succeeds(&folder.0, &["simulate", "--speeds", "0.3", "--masses", "6", "--repeats", "1", "--out", "c"]);
+    let answer = json(&succeeds(&folder.0, &["replay", "c/recordings/001.csv", "--json", "-"]));
+    let event = answer["events"][0].as_object().unwrap();
+    for key in ["contact_s", "peak_s", "peak_N", "raw_peak_N", "impulse_Ns", "duration_s", "scaled_N"] {
+        assert!(event[key].is_f64(), "{key}: {event:?}");
+    }
+    assert_eq!(event["verdict"], "none", "no region, no verdict");
+    assert!(event["flags"].is_array());
+    assert!(answer["lost"].is_u64());
+}
+
+#[test]
+fn a_campaign_is_replayed_with_what_is_believed_of_each_recording() {
+    let folder = Folder::new("folder");
+    succeeds(&folder.0, &["simulate", "--speeds", "0.3", "--masses", "4,8", "--repeats", "1", "--out", "c"]);
+    let answer = json(&succeeds(&folder.0, &["replay", "c", "--region", "chest", "--json", "-"]));
+    let events = answer["events"].as_array().unwrap();
+    assert_eq!(events.len(), 2);
+    for (event, mass) in events.iter().zip([4.0_f64, 8.0]) {
+        let scaling = (40.0 / (40.0 + mass)).sqrt();
+        assert!((number(event, "scaling") - scaling).abs() < 1e-6, "{event}");
+    }
+    assert!(events[1]["file"].as_str().unwrap().ends_with("002.csv"));
+}
+
+#[test]
+fn lost_samples_are_counted_and_never_pass() {
+    let folder = Folder::new("lost");
+    succeeds(
+        &folder.0,
+        &[
+            "simulate",
+            "--speeds",
+            "0.3",
+            "--masses",
+            "6",
+            "--repeats",
+            "1",
+            "--before",
+            "1",
+            "--out",
+            "c",
+            "--truth",
+            "t.json",
+        ],
+    );
+    let truth = json(&std::fs::read_to_string(folder.0.join("t.json")).unwrap());
+    let contact = number(&truth["campaigns"][0]["recordings"][0], "contact_s");
+    let text = std::fs::read_to_string(folder.0.join("c/recordings/001.csv")).unwrap();
+    let torn: String = text
+        .lines()
+        .filter(|line| {
+            let time = line.split(',').next().and_then(|cell| cell.parse::<f64>().ok());
+            !time.is_some_and(|time| (contact + 0.010..contact + 0.015).contains(&time))
+        })
+        .map(|line| format!("{line}\n"))
+        .collect();
+    std::fs::write(folder.0.join("torn.csv"), torn).unwrap();
+    let answer = json(&succeeds(&folder.0, &["replay", "torn.csv", "--region", "chest", "--mass", "6", "--json", "-"]));
+    assert_eq!(answer["lost"], 100);
+    let event = &answer["events"][0];
+    assert!(event["flags"].as_array().unwrap().iter().any(|flag| flag == "lost-samples"), "{event}");
+    assert_eq!(event["verdict"], "inconclusive");
+}
+
+#[test]
+fn a_force_beyond_full_scale_is_flagged() {
+    let folder = Folder::new("clipped");
+    succeeds(&folder.0, &["simulate", "--speeds", "0.5", "--masses", "6", "--repeats", "1", "--out", "c"]);
+    let arguments =
+        ["replay", "c/recordings/001.csv", "--region", "chest", "--mass", "6", "--full-scale", "100", "--json", "-"];
+    let event = &json(&succeeds(&folder.0, &arguments))["events"][0];
+    assert!(event["flags"].as_array().unwrap().iter().any(|flag| flag == "clipped"), "{event}");
+    assert_ne!(event["verdict"], "pass");
+}
+
+#[test]
+fn a_model_file_runs_like_its_options() {
+    let folder = Folder::new("model");
+    let model = r#"format = "thud-model/1"
+name = "chest"
+[rig]
+kind = "impact"
+body_stiffness_N_per_m = { value = 25000.0, sd = 1250.0 }
+[[mechanism]]
+id = "guide-friction"
+[mechanism.parameters]
+force_N = { value = 3.0, low = 2.5, high = 3.5 }
+"#;
+    std::fs::write(folder.0.join("model.toml"), model).unwrap();
+    let common = ["--speeds", "0.3", "--masses", "6", "--repeats", "1", "--seed", "5"];
+    succeeds(&folder.0, &[&["simulate", "--model", "model.toml", "--out", "a"][..], &common].concat());
+    let options = ["simulate", "--region", "chest", "--mechanism", "guide-friction:force_N=3", "--out", "b"];
+    succeeds(&folder.0, &[&options[..], &common].concat());
+    for file in ["campaign.toml", "recordings/001.csv"] {
+        let read = |folder_name: &str| std::fs::read_to_string(folder.0.join(folder_name).join(file)).unwrap();
+        assert_eq!(read("a"), read("b"), "{file}");
+    }
+}
+
+#[test]
+fn a_refusal_says_what_where_and_what_would_be_right() {
+    let folder = Folder::new("refusals");
+    std::fs::write(folder.0.join("bad.csv"), "time_s,force_N\n0,0\n0.1,much\n").unwrap();
+    std::fs::write(folder.0.join("height.csv"), "time_s,height_m\n0,1\n0.1,0.9\n").unwrap();
+    for (arguments, says) in [
+        (&["replay", "bad.csv"][..], "bad.csv:3:5: `much` in column `force_N` is not a number"),
+        (&["replay", "missing.csv"], "missing.csv: cannot be read"),
+        (&["replay", "height.csv"], "there is no column `force_N`; it has height_m"),
+        (&["replay", "height.csv", "--mass=-1"], "the effective mass may be 0.05 to 1000 kg"),
+        (&["simulate", "--out", "c", "--mechanism", "rust"], "no mechanism is called `rust`; there are"),
+        (&["simulate", "--out", "c", "--mechanism", "guide-friction:force_N=1e9"], "0 to 60 N is possible"),
+        (&["simulate", "--out", "c", "--speeds", "0.1,fast"], "invalid value 'fast'"),
+        (&["simulate", "--out", "c", "--speeds", "99"], "a speed (m/s) is 99; 0.0001 to 20 is possible"),
+    ] {
+        let said = refuses(&folder.0, arguments);
+        assert!(said.contains(says), "{arguments:?}: {said}");
+    }
+    assert!(!folder.0.join("c").exists(), "a refused plan writes nothing");
+    let plan = ["simulate", "--speeds", "0.3", "--masses", "6", "--repeats", "1", "--out", "once"];
+    succeeds(&folder.0, &plan);
+    assert!(refuses(&folder.0, &plan).contains("there is already a campaign"));
+    succeeds(&folder.0, &[&plan[..], &["--replace"]].concat());
+}
+
+#[test]
+fn the_demonstration_runs_and_writes_its_page() {
+    let folder = Folder::new("demo");
+    let outcome = json(&succeeds(&folder.0, &["demo", "--seed", "1", "--report", "page.html", "--json", "-"]));
+    assert_eq!(outcome["blows"].as_array().unwrap().len(), 3);
+    let page = std::fs::read_to_string(folder.0.join("page.html")).unwrap();
+    assert!(page.contains("Sensed beside true"));
+    let again = json(&succeeds(&folder.0, &["demo", "--seed", "1", "--out", "again", "--json", "-"]));
+    assert_eq!(outcome, again, "the same seed gives the same results");
+    assert_eq!(std::fs::read_to_string(folder.0.join("again/demo.html")).unwrap(), page);
+}
