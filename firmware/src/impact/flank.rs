@@ -141,7 +141,7 @@ impl Flank {
             length = (length * 1.5).min(whole);
         }
         // An arc that fits all the way to the peak leaves nothing to explain.
-        let plain = self.fit(force, arc, self.to_peak.clamp(SHORTEST as f32, whole));
+        let plain = self.fit(force, arc, self.to_peak.max(SHORTEST as f32).min(whole));
         let plain = plain.is_some_and(|fitted| fitted.misfit <= Self::allowed_misfit(fitted.points));
         if self.direction == Direction::Begin
             && !plain

@@ -141,7 +141,7 @@ impl Ringing {
         let (slope, lead, pulsation, decay) = (self.arc.slope, self.lead, self.pulsation, self.decay);
         let curvature = self.arc.curvature;
         let y = u + lead;
-        let curvature = curvature.clamp(-4.0 / (y * y).max(1.0), 11.0 / (y * y).max(1.0));
+        let curvature = curvature.max(-4.0 / (y * y).max(1.0)).min(11.0 / (y * y).max(1.0));
         let arc = Shape::at(y, curvature);
         let angle = pulsation * u;
         let (sine, cosine) = (libm::sinf(angle), libm::cosf(angle));
@@ -179,19 +179,19 @@ impl Ringing {
         let (slope, pulsation) = (self.arc.slope, self.pulsation);
         let quarter = flank.prior_curvature();
         let far = 0.5 / pulsation;
-        let begin = self.arc.begin + by_begin.clamp(-far, far);
+        let begin = self.arc.begin + by_begin.max(-far).min(far);
         let arc = Arc {
-            slope: slope + by_slope.clamp(-0.5 * slope, 0.5 * slope),
-            curvature: (self.arc.curvature + by_curvature).clamp(-4.0 * quarter, 6.0 * quarter),
-            begin: begin.clamp(-(flank.reach as f32), flank.to_peak.max(1.0)),
+            slope: slope + by_slope.max(-0.5 * slope).min(0.5 * slope),
+            curvature: (self.arc.curvature + by_curvature).max(-4.0 * quarter).min(6.0 * quarter),
+            begin: begin.max(-(flank.reach as f32)).min(flank.to_peak.max(1.0)),
         };
-        let pulsation = pulsation + by_pulsation.clamp(-0.15 * pulsation, 0.15 * pulsation);
+        let pulsation = pulsation + by_pulsation.max(-0.15 * pulsation).min(0.15 * pulsation);
         Self {
             arc,
-            lead: (self.lead + by_lead.clamp(-far, far)).clamp(-1.0 / pulsation, 1.0 / pulsation),
+            lead: (self.lead + by_lead.max(-far).min(far)).max(-1.0 / pulsation).min(1.0 / pulsation),
             fading: self.fading + by_fading,
             pulsation,
-            decay: (self.decay + by_decay).clamp(0.0, 0.5 * pulsation),
+            decay: (self.decay + by_decay).max(0.0).min(0.5 * pulsation),
         }
     }
 }
