@@ -4,7 +4,9 @@
 
 mod dictionary;
 mod python;
+mod size;
 mod step;
+mod target;
 mod test;
 
 use std::process::ExitCode;
@@ -14,15 +16,23 @@ Usage: cargo xtask CHORE
 
 Chores:
   test                 format, lints, documentation and all tests; installs what they need into target/
-  tables               remake the tables of the README (accuracy, speed); takes some minutes
+  target               find a compiler for the board's processor, or install it
+  size                 build the firmware for the board; its flash and memory beside the budget
   dictionary           write docs/can/ (EDS, DBC, object table) from the firmware's object dictionary
   dictionary NODE...   print a DBC file for sensors with these node ids (1 to 127, or 0x01 to 0x7F)
+  tables               remake the tables of the README (accuracy, speed); takes some minutes
 ";
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);
     let outcome = match arguments.next().as_deref() {
         Some("test") => test::run(),
+        Some("target") => target::toolchain().map(|found| {
+            if let Some(toolchain) = found {
+                println!("compiler for the board: {toolchain:?}");
+            }
+        }),
+        Some("size") => target::toolchain().and_then(|found| found.map_or(Ok(()), size::run)),
         Some("tables") => test::tables(),
         Some("dictionary") => dictionary::run(&arguments.collect::<Vec<_>>()),
         Some("help" | "--help" | "-h") | None => {

@@ -53,6 +53,7 @@ pub const fn object_of(setting: Setting) -> (u16, u8) {
         Setting::NewtonPerCode => (index::CHAIN, 2),
         Setting::ChainRange => (index::CHAIN, 3),
         Setting::TimeConstant => (index::CHAIN, 6),
+        Setting::ChainDelay => (index::CHAIN, 9),
         Setting::NodeId => (index::NODE, 1),
         Setting::Heartbeat => (index::NODE, 2),
     }
@@ -63,10 +64,11 @@ pub const fn object_of(setting: Setting) -> (u16, u8) {
 #[must_use]
 pub fn limits(object: u16, sub: u8) -> Option<(f32, f32)> {
     use Setting::{
-        BodyStiffness, Contact, EffectiveMass, EffectiveMassMaxAge, Filter, Heartbeat, Limits, NewtonPerCode, NodeId,
-        OnsetMinimum, OnsetMultiple, Region as BodyRegion, RelativeUncertainty, SampleRate, TimeConstant,
+        BodyStiffness, ChainDelay, Contact, EffectiveMass, EffectiveMassMaxAge, Filter, Heartbeat, Limits,
+        NewtonPerCode, NodeId, OnsetMinimum, OnsetMultiple, Region as BodyRegion, RelativeUncertainty, SampleRate,
+        TimeConstant,
     };
-    const NUMBERS: [Setting; 11] = [
+    const NUMBERS: [Setting; 12] = [
         BodyStiffness,
         EffectiveMass,
         EffectiveMassMaxAge,
@@ -76,6 +78,7 @@ pub fn limits(object: u16, sub: u8) -> Option<(f32, f32)> {
         SampleRate,
         NewtonPerCode,
         TimeConstant,
+        ChainDelay,
         NodeId,
         Heartbeat,
     ];
@@ -159,6 +162,7 @@ impl Settings {
             (index::CHAIN, 6) => Value::F32(chain.time_constant.0),
             (index::CHAIN, 7) => Value::F32(chain.bias_low.0),
             (index::CHAIN, 8) => Value::F32(chain.bias_high.0),
+            (index::CHAIN, 9) => Value::F32(chain.delay.0),
             (index::NODE, 1) => Value::U8(configuration.node.node_id),
             (index::NODE, 2) => Value::U16(configuration.node.heartbeat_ms),
             _ => return None,
@@ -263,6 +267,10 @@ impl Settings {
                     return Err(self.refuse(Invalid::NoSuchValue(Setting::ChainRange), (object, sub), bias));
                 }
                 (Setting::ChainRange, bias)
+            }
+            (index::CHAIN, 9) => {
+                chain.delay = Second(f32_from(data)?);
+                (Setting::ChainDelay, chain.delay.0)
             }
             (index::NODE, 1) => {
                 staged.node.node_id = u8_from(data)?;
@@ -466,7 +474,12 @@ mod tests {
         let mut checked = 0;
         for object in super::super::object::OBJECTS.iter().filter(|object| (0x2000..=0x2004).contains(&object.index)) {
             for sub in object.subs {
-                let Some((low, high)) = limits(object.index, sub.sub) else { continue };
+                let Some((low, high)) = limits(object.index, sub.sub) else {
+                    let mut settings = settings();
+                    let _ = settings.write(object.index, sub.sub, &bytes(object.index, sub.sub, f32::MAX));
+                    assert_ne!(settings.refusal().reason, 2, "{:#06X}:{} has a highest value", object.index, sub.sub);
+                    continue;
+                };
                 checked += 1;
                 for inside in [low, high] {
                     let written = settings().write(object.index, sub.sub, &bytes(object.index, sub.sub, inside));
@@ -481,7 +494,7 @@ mod tests {
                 }
             }
         }
-        assert_eq!(checked, 15, "all settings but the codes and voltages of the chain, which limit one another");
+        assert_eq!(checked, 16, "all settings but the codes and voltages of the chain, which limit one another");
     }
 
     #[test]

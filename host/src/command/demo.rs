@@ -67,10 +67,7 @@ impl Demo {
         self.json.write(&outcome)?;
         if !quiet {
             print!("{}", table(&outcome));
-            println!(
-                "\n  True instants are given as they leave the simulated front end, which delays them by {:.0} µs.",
-                1e6 * outcome.chain_delay_s
-            );
+            println!();
             for (index, blow) in demonstrated.blows.iter().enumerate() {
                 println!("  Blow {}: {}", index + 1, words::explain_verdict(&blow.events[0]));
             }

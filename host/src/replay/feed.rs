@@ -81,7 +81,8 @@ pub fn replay(
 ) -> Result<Replayed, ReplayError> {
     let prepared = prepare(file, recording, rate_hz, f64::from(configuration.chain.newton_per_code))?;
     let mut configuration = *configuration;
-    configuration.chain.sample_rate = Hertz(prepared.rate_hz as f32);
+    // A recording has passed its own front end; no filter of ours delays it.
+    configuration.chain = Chain { sample_rate: Hertz(prepared.rate_hz as f32), ..configuration.chain.undelayed() };
     configuration
         .validate()
         .map_err(|invalid| ReplayError::Configuration(crate::settings::explain_invalid(invalid)))?;
