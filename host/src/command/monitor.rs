@@ -63,9 +63,9 @@ impl Monitor {
         let quiet = self.json.owns_stdout();
         if !quiet {
             for sensor in watch.sensors() {
-                println!("Following node {}, serial {}. Ctrl-C ends.", sensor.node, sensor.serial);
+                crate::say!("Following node {}, serial {}. Ctrl-C ends.", sensor.node, sensor.serial);
             }
-            println!("{HEADING}");
+            crate::say!("{HEADING}");
         }
         let mut answer =
             Answer { sensors: vec![], events: vec![], lost: 0, other: vec![], frames: Counters::default() };
@@ -76,7 +76,7 @@ impl Monitor {
         {
             for happening in watch.next(&mut client, Duration::from_millis(50))? {
                 if !quiet {
-                    println!("{}", line(&happening));
+                    crate::say!("{}", line(&happening));
                 }
                 match happening {
                     Happening::Event(event) => answer.events.push(*event),
@@ -94,8 +94,8 @@ impl Monitor {
         self.json.write(&answer)?;
         if !quiet {
             let from_log = answer.events.iter().filter(|event| event.source == Source::Log).count();
-            println!("{} events, {from_log} of them from the log, {} lost.", answer.events.len(), answer.lost);
-            println!("{}", traffic(&client.line().describe(), &answer.frames));
+            crate::say!("{} events, {from_log} of them from the log, {} lost.", answer.events.len(), answer.lost);
+            crate::say!("{}", traffic(&client.line().describe(), &answer.frames));
         }
         Ok(())
     }

@@ -71,7 +71,7 @@ impl Replay {
                 .into_diagnostic()
                 .wrap_err_with(|| format!("cannot write {}", path.display()))?;
             if !self.json.owns_stdout() {
-                println!("The page is in {}.", path.display());
+                crate::say!("The page is in {}.", path.display());
             }
         }
         Ok(())
@@ -107,12 +107,12 @@ impl Replay {
 fn print_one(name: &str, replayed: &Replayed) {
     let mut outcome = Outcome::default();
     outcome.add(replayed, None);
-    println!("{name}");
+    crate::say!("{name}");
     for note in &outcome.notes {
-        println!("  note: {note}");
+        crate::say!("  note: {note}");
     }
     if outcome.events.is_empty() {
-        println!("  No contact was found.\n");
+        crate::say!("  No contact was found.\n");
         return;
     }
     let mut table = Table::new(&[
@@ -143,13 +143,13 @@ fn print_one(name: &str, replayed: &Replayed) {
             event.flags.join(" "),
         ]);
     }
-    print!("{table}");
+    crate::standard_output::say(format_args!("{table}"));
     if outcome.lost > 0 {
-        println!("  {} samples of the recording are missing.", outcome.lost);
+        crate::say!("  {} samples of the recording are missing.", outcome.lost);
     }
     let flags = replayed.events().fold(Flags::empty(), |all, event| all | event.flags);
     for (flag, meaning) in words::explain_flags(flags) {
-        println!("  {flag}: {meaning}");
+        crate::say!("  {flag}: {meaning}");
     }
-    println!();
+    crate::say!();
 }

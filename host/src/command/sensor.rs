@@ -101,7 +101,7 @@ impl Sensor {
         interrupt::catch();
         let enter = self.robot.on_enter.then(lines_of_stdin);
         if !quiet {
-            println!(
+            crate::say!(
                 "Sensor {} lives as node {} on {}. Ctrl-C ends.",
                 self.serial,
                 self.node_id,
@@ -125,7 +125,7 @@ impl Sensor {
                 }
             }
             if !quiet {
-                happened.iter().for_each(|hit| println!("{}", words(hit)));
+                happened.iter().for_each(|hit| crate::say!("{}", words(hit)));
             }
             hits.extend(happened);
         }
@@ -142,14 +142,14 @@ impl Sensor {
         };
         self.json.write(&answer)?;
         if !quiet {
-            println!("Lived {:.1} s, hit {} times.", answer.lived_s, answer.hits.len());
+            crate::say!("Lived {:.1} s, hit {} times.", answer.lived_s, answer.hits.len());
             if answer.bus_off > 0 {
-                println!("It was driven off the bus {} times: another device has its node id.", answer.bus_off);
+                crate::say!("It was driven off the bus {} times: another device has its node id.", answer.bus_off);
             }
             if answer.behind_s > 0.1 {
-                println!("It was up to {:.2} s behind real time: this computer is busy.", answer.behind_s);
+                crate::say!("It was up to {:.2} s behind real time: this computer is busy.", answer.behind_s);
             }
-            println!("{}", traffic(&live.bus().describe(), &answer.frames));
+            crate::say!("{}", traffic(&live.bus().describe(), &answer.frames));
         }
         Ok(())
     }

@@ -209,7 +209,7 @@ impl Simulate {
         self.json.write(&written)?;
         if !self.json.owns_stdout() {
             for campaign in &written.campaigns {
-                println!("{}: {} recordings of {}", campaign.folder, campaign.recordings, campaign.name);
+                crate::say!("{}: {} recordings of {}", campaign.folder, campaign.recordings, campaign.name);
             }
         }
         Ok(())
