@@ -13,7 +13,7 @@ use crate::json::JsonOption;
 use crate::recording;
 use crate::replay::{Outcome, Replayed, replay};
 use crate::report::{self, words};
-use crate::settings::JudgeOptions;
+use crate::settings::{JudgeOptions, explain_invalid};
 use crate::table::{Side, Table};
 
 /// Push recordings through the sensor's firmware and show its events
@@ -22,8 +22,8 @@ use crate::table::{Side, Table};
 /// brought to the ADC's rate, made into counts by the reference chain, and pushed through the firmware's own logic.
 /// Times are the recording's own.
 ///
-/// A campaign's folder stands for all its recordings, each judged with the effective mass and the body stiffness that
-/// the campaign states for it, unless --mass or --stiffness is given.
+/// A campaign's folder stands for all its recordings, each judged with the effective mass, the body stiffness and the
+/// full scale that the campaign states for it, unless --mass, --stiffness or --full-scale is given.
 #[derive(clap::Args, Debug)]
 pub struct Replay {
     /// Recordings, or folders of campaigns
@@ -96,6 +96,12 @@ impl Replay {
             }
             if let (None, Some(stiffness)) = (self.judge.stiffness, loaded.campaign.rig.body_stiffness_n_per_m) {
                 configuration.body_stiffness = NewtonPerMetre(stiffness.value as f32);
+            }
+            if self.judge.full_scale.is_none() {
+                // What reached full scale was clipped, whatever the reference chain could have measured.
+                let codes = configuration.chain.clip_high - configuration.chain.zero_code;
+                configuration.chain.newton_per_code = (loaded.campaign.chain.full_scale / f64::from(codes)) as f32;
+                configuration.validate().map_err(|invalid| miette::miette!("{}", explain_invalid(invalid)))?;
             }
             let replayed = replay(&name, recording, &configuration, self.sample_rate)?;
             all.push((name, replayed));
