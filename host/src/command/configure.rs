@@ -133,7 +133,8 @@ struct Answer {
     node: u8,
     serial: u32,
     revision: u32,
-    hash: u32,
+    /// As it is shown everywhere: eight hexadecimal digits.
+    hash: String,
     stored: bool,
     changes: Vec<Change>,
     configuration: Vec<Setting>,
@@ -174,7 +175,7 @@ impl Configure {
             node,
             serial: sensor.serial,
             revision: done.after.revision,
-            hash: done.after.hash,
+            hash: format!("{:08x}", done.after.hash),
             stored: done.stored,
             changes: done.changes.clone(),
             configuration: ITEMS
@@ -268,7 +269,9 @@ fn print(answer: &Answer, done: &Configured, show_all: bool) {
     let kept = if done.stored { "kept in flash" } else { "NOT YET in flash: an impact is open or storing failed" };
     crate::say!(
         "  Node {}, serial {}: revision {} → {revision}, hash {hash:08x}, {kept}.",
-        answer.node, answer.serial, done.before.revision
+        answer.node,
+        answer.serial,
+        done.before.revision
     );
     if answer.changes.iter().any(|change| change.setting == "node id") {
         crate::say!("  The new node id takes effect at the next reset (--reset).");
