@@ -76,7 +76,9 @@ impl Demo {
             }
             crate::say!(
                 "\n  {} frames came over the simulated CAN bus, {} were lost; {:.1} s of virtual time.",
-                outcome.frames_received, outcome.frames_lost, outcome.virtual_s
+                outcome.frames_received,
+                outcome.frames_lost,
+                outcome.virtual_s
             );
             crate::say!("  The page with the force curves is {}; open it in a browser.", page_path.display());
         }
