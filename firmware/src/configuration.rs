@@ -95,6 +95,9 @@ pub struct Chain {
     pub bias_low: Volt,
     /// Highest healthy bias voltage.
     pub bias_high: Volt,
+    /// By how much the codes lag behind the force: the group delay of the front end for slow signals, subtracted from
+    /// every reported instant. Zero for curves that passed no filter, such as replayed ones: [`Chain::undelayed`].
+    pub delay: Second,
 }
 
 impl Chain {
@@ -113,7 +116,16 @@ impl Chain {
         time_constant: Second(2000.0),
         bias_low: Volt(8.0),
         bias_high: Volt(14.0),
+        // The anti-alias filter, a second-order Butterworth at 8 kHz: φ(ω) = −atan(√2·x/(1 − x²)), x = ω/ω_c, so
+        // −dφ/dω = √2/ω_c = √2/(2π·8 kHz) at low frequency. At 600 Hz it is 0.6 % more.
+        delay: Second(core::f32::consts::SQRT_2 / (core::f32::consts::TAU * 8_000.0)),
     };
+
+    /// The same chain where nothing delays the curve, as when a recording is replayed past the anti-alias filter.
+    #[must_use]
+    pub const fn undelayed(self) -> Self {
+        Self { delay: Second(0.0), ..self }
+    }
 }
 
 /// Node settings on the bus.
@@ -197,6 +209,7 @@ impl Configuration {
         within(Setting::SampleRate, self.chain.sample_rate.0)?;
         within(Setting::NewtonPerCode, self.chain.newton_per_code)?;
         within(Setting::TimeConstant, self.chain.time_constant.0)?;
+        within(Setting::ChainDelay, self.chain.delay.0)?;
         within(Setting::NodeId, f32::from(self.node.node_id))?;
         within(Setting::Heartbeat, f32::from(self.node.heartbeat_ms))?;
         let chain = &self.chain;
@@ -227,6 +240,7 @@ pub enum Setting {
     NewtonPerCode,
     TimeConstant,
     ChainRange,
+    ChainDelay,
     NodeId,
     Heartbeat,
     Region,
@@ -253,6 +267,8 @@ impl Setting {
             Self::SampleRate => (1_000.0, 250_000.0),
             Self::NewtonPerCode => (1e-4, 10.0),
             Self::TimeConstant => (0.01, 1e6),
+            // None, to a front end that lets little more than the verdict filter's 100 Hz pass.
+            Self::ChainDelay => (0.0, 0.002),
             Self::NodeId => (1.0, 127.0),
             Self::Heartbeat => (0.0, 65_535.0),
             Self::ChainRange | Self::Region | Self::Contact | Self::Limits | Self::Filter => return None,
@@ -305,6 +321,18 @@ mod tests {
         configuration = Configuration::DEFAULT;
         configuration.effective_mass = Some(Kilogram(2_000.0));
         assert_eq!(configuration.validate(), Err(Invalid::TooHigh(Setting::EffectiveMass)));
+    }
+
+    #[test]
+    fn a_chain_may_have_no_delay_but_not_a_negative_one() {
+        let mut configuration = Configuration::DEFAULT;
+        assert!((configuration.chain.delay.0 - 28.13e-6).abs() < 1e-8, "{:?}", configuration.chain.delay);
+        configuration.chain = configuration.chain.undelayed();
+        assert_eq!(configuration.validate(), Ok(()));
+        configuration.chain.delay = Second(-1e-6);
+        assert_eq!(configuration.validate(), Err(Invalid::TooLow(Setting::ChainDelay)));
+        configuration.chain.delay = Second(0.003);
+        assert_eq!(configuration.validate(), Err(Invalid::TooHigh(Setting::ChainDelay)));
     }
 
     #[test]

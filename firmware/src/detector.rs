@@ -349,7 +349,7 @@ impl<const N: usize> Detector<N> {
     #[inline]
     fn take_idle(&mut self, rest: f32) -> bool {
         let limit = self.onset.limit().min(self.idle.first_limit_until_armed());
-        let limited = rest.clamp(-limit, limit);
+        let limited = rest.max(-limit).min(limit);
         if self.idle.learn(limited, self.onset.threshold()) {
             self.set_threshold();
             if !self.idle.settled() {

@@ -382,7 +382,7 @@ impl Idle {
         for (known, seen) in [(&mut self.variance, variance), (&mut self.mean_variance, mean_variance)] {
             // A burst may at most double the noise from block to block.
             let limit = if self.tone_blocks == 0 { f32::INFINITY } else { 4.0 * known.max(floor) };
-            *known += gain * (seen.clamp(0.0, limit) - *known);
+            *known += gain * (seen.max(0.0).min(limit) - *known);
         }
     }
 
@@ -399,7 +399,7 @@ impl Idle {
             if self.tone_blocks > 1 && power > significant {
                 let ahead = (tone.gathered_cosine * tone.quadrature - tone.gathered_sine * tone.in_phase) / power;
                 let moved = self.mains_offset[family] + rate_gain * ahead.clamp(-0.7, 0.7) / groups;
-                self.mains_offset[family] = moved.clamp(-self.mains_offset_limit, self.mains_offset_limit);
+                self.mains_offset[family] = moved.max(-self.mains_offset_limit).min(self.mains_offset_limit);
             }
         }
         for tone in &mut self.tones {
@@ -424,8 +424,8 @@ impl Idle {
         let groups = self.groups_per_block as f32;
         let slope_limit = ZERO_RATE_LIMIT * BLOCK / groups;
         self.zero += move_by;
-        let slope = self.slope + rate_gain * mean.clamp(-threshold, threshold) / groups;
-        self.slope = if self.settled() { slope.clamp(-slope_limit, slope_limit) } else { slope };
+        let slope = self.slope + rate_gain * mean.max(-threshold).min(threshold) / groups;
+        self.slope = if self.settled() { slope.max(-slope_limit).min(slope_limit) } else { slope };
     }
 
     /// Sets the oscillators' rotations from the mains frequencies.
@@ -474,7 +474,7 @@ mod tests {
                 worst = worst.max(rest.abs());
             }
             let limit = idle.first_limit_until_armed().min(5.0);
-            idle.learn(rest.clamp(-limit, limit), 1.8);
+            idle.learn(rest.max(-limit).min(limit), 1.8);
         }
         (idle, worst)
     }

@@ -28,7 +28,9 @@ mod contacts;
 mod flank;
 mod force;
 mod impulse;
+mod least_squares;
 mod peak;
+mod ring;
 mod verdict_filter;
 
 /// Most contacts of one impact that become events. Further ones are not lost for the judgement (the blow's transient
@@ -220,13 +222,15 @@ fn judge(
 ) -> Event {
     let configuration = &context.configuration.configuration;
     let rate = configuration.chain.sample_rate;
-    let contact_instant = SampleInstant::from_offset(origin, raw.begin);
+    // What the codes show happened a little earlier at the cell.
+    let delay = configuration.chain.delay.0 * rate.0;
+    let seen = SampleInstant::from_offset(origin, raw.begin);
     let mut impulse = raw.impulse / rate.0;
     let mut duration = (raw.end - raw.begin) / rate.0;
     if raw.goes_on {
         impulse += context.impulse_after_curve.0;
         let released = SampleInstant { index: context.last_touch, fraction: 0.0 };
-        duration = duration.max(released.since(contact_instant, rate).0);
+        duration = duration.max(released.since(seen, rate).0);
     }
     let peak = Newton(finite(filtered.contacts[index]));
     let transient = if index == 0 { Newton(finite(filtered.transient)) } else { peak };
@@ -249,8 +253,8 @@ fn judge(
         impact: context.impact,
         contact: index as u8,
         flags,
-        contact_instant,
-        peak_instant: SampleInstant::from_offset(origin, raw.peak.position.max(raw.begin)),
+        contact_instant: SampleInstant::from_offset(origin, raw.begin - delay),
+        peak_instant: SampleInstant::from_offset(origin, raw.peak.position.max(raw.begin) - delay),
         raw_peak: Newton(raw.peak.force),
         peak,
         impulse: NewtonSecond(impulse),

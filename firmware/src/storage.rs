@@ -26,7 +26,7 @@ use crate::configuration::Configuration;
 use crate::detector::Stamped;
 
 /// Version of the stored layout; changes with [`Configuration`].
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
 
 const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 const KEY: u8 = 1;

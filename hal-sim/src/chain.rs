@@ -9,8 +9,8 @@
 //! Hum, drift and noise are given as they appear in the codes, so they enter behind the filters: "0.3 N rms" is what a
 //! recording of the idle sensor shows. Each stage is a file with its equation; all work on slices of newtons.
 //!
-//! The anti-alias filter delays the curve by [`AntiAlias::delay`] (28 µs as on the reference front end). Who compares a
-//! sensed instant with the force at the cell subtracts it, or switches the filter off.
+//! The anti-alias filter delays the curve by [`AntiAlias::delay`] (28 µs as on the reference front end). The sensor takes its
+//! configured [`Chain::delay`] off every instant that it reports; where the filter is off, that is set to zero.
 
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;

@@ -11,7 +11,7 @@
 //!
 //! | site | door | mechanisms |
 //! |---|---|---|
-//! | pad | [`ForceLaw`](crate::rig::ForceLaw) on `assembly.pad`: force from depth, rate and states of its own; a knot where its form changes | `hunt-crossley-damping`, `viscous-damping`, `air-damping` and `rate-stiffening` (depend on the rate), `pad-relaxation` (a state: the strain of the viscous branch), `hardening` (elastic), `adhesion` (a law that holds at negative depth until `Element::pull_off_n` is passed), `clearance` (a knot: no force below the gap) |
+//! | pad | [`ForceLaw`](crate::rig::ForceLaw) on `assembly.pad`: force from depth, rate and states of its own; a knot where its form changes | `hunt-crossley-damping`, `viscous-damping`, `rate-stiffening` and `air-damping` (depend on the rate; the latter with a laminar part, since a massless piece cannot be balanced by a drag that vanishes with the square of its rate), `pad-relaxation` (a state: the strain of the viscous branch), `hardening` (elastic), `adhesion` (a law that holds at negative depth until `Element::pull_off_n` is passed), `clearance` (a knot: no force below the gap) |
 //! | pad, spring | `stiffness_n_per_m` of the element, changed once with the approach's order number in hand | `mullins-softening`, spring repeatability, a wrong spring |
 //! | spring | `ForceLaw` on `assembly.spring`, with a knot | `end-stop` |
 //! | guide | numbers of [`Guide`](crate::rig::Guide): Coulomb level, static ratio, load coefficient, share through the cell | `guide-friction`, `stiction`, `load-dependent-friction` |
@@ -24,18 +24,24 @@
 //! A new site (say, a second robot joint) is a change of the assembly; a new mechanism at a known site is not.
 
 mod air_drag;
+mod charge_drift;
+mod clipping;
 mod collision_reaction;
 mod effect;
 mod end_stop;
+mod gain_error;
 mod guide_friction;
+mod hardening;
 mod hunt_crossley_damping;
 mod joint_elasticity;
 mod load_dependent_friction;
+mod mains_hum;
 mod moving_piece_inertia;
 mod pad_relaxation;
 mod parameter;
 mod piezo_discharge;
 mod robot_push;
+mod speed_error;
 mod stiction;
 mod viscous_damping;
 
@@ -49,6 +55,7 @@ pub static LIST: &[&Mechanism] = &[
     &hunt_crossley_damping::MECHANISM,
     &viscous_damping::MECHANISM,
     &pad_relaxation::MECHANISM,
+    &hardening::MECHANISM,
     &end_stop::MECHANISM,
     &guide_friction::MECHANISM,
     &load_dependent_friction::MECHANISM,
@@ -57,7 +64,12 @@ pub static LIST: &[&Mechanism] = &[
     &joint_elasticity::MECHANISM,
     &robot_push::MECHANISM,
     &collision_reaction::MECHANISM,
+    &speed_error::MECHANISM,
     &piezo_discharge::MECHANISM,
+    &charge_drift::MECHANISM,
+    &clipping::MECHANISM,
+    &mains_hum::MECHANISM,
+    &gain_error::MECHANISM,
     &air_drag::MECHANISM,
 ];
 

@@ -83,7 +83,8 @@ impl Kind {
 /// Standard gravity, m/s² (CGPM 1901).
 pub const STANDARD_GRAVITY_M_PER_S2: f64 = 9.806_65;
 
-/// The rig, as far as it is the same for every impact of a campaign.
+/// The rig, as far as it is the same for every impact of a campaign, and as far as the baseline knows it: the mass of the
+/// moving piece is a parameter of the mechanism `moving-piece-inertia`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rig {
     /// What kind of experiment it is.

@@ -432,3 +432,58 @@ fn a_reaction_comes_after_its_threshold_and_its_delay() {
     let gentle = strike(&rig, 0.1, mass, &[reaction], 0.2);
     assert_eq!(gentle.truth().peak_n, strike(&rig, 0.1, mass, &[], 0.2).truth().peak_n);
 }
+
+/// Without a pad the springs themselves relax. Left alone they are without force at once, and recover behind the robot.
+#[test]
+fn relaxing_springs_leave_the_cell_without_force_when_the_robot_has_gone() {
+    let impact = strike(&Rig::impact(25e3), 0.3, 6.0, &["pad-relaxation:ratio=0.5,time_constant_s=0.01"], 0.2);
+    let end = impact.contact_intervals()[0].1.unwrap();
+    let stroke = |since_s: f64| impact.value(Quantity::Stroke, end + since_s);
+    assert!(stroke(0.0) > 1e-4);
+    for since_s in [1e-6, 1e-3, 0.01, 0.1] {
+        assert_near("force", impact.force_n(end + since_s), 0.0, 1e-6);
+        // F = 0: x = κz/(1 + κ), so ż = −z/(τ(1 + κ)).
+        assert_near("stroke", stroke(since_s), stroke(0.0) * (-since_s / 0.01 / 1.5).exp(), 1e-7);
+    }
+}
+
+/// Energy, p = 1: ½mv² = k·(−L·x − L²·ln(1 − x/L)); the force is k·x/(1 − x/L).
+#[test]
+fn a_hardening_spring_stops_the_robot_where_its_energy_is_used_up() {
+    let (k, mass, speed, lock) = (25e3, 6.0, 0.3, 0.012);
+    let contact = strike(&Rig::impact(k), speed, mass, &["hardening:exponent=1,lock_m=0.012"], 0.1).truth().contacts[0];
+    let top = contact.stroke_m;
+    let stored = k * (-lock * top - lock * lock * (1.0 - top / lock).ln());
+    assert_near("energy", stored, 0.5 * mass * speed * speed, 1e-7);
+    assert_near("peak", contact.peak_n, k * top / (1.0 - top / lock), 1e-4);
+    assert_near("speed after", contact.speed_after_m_per_s, -speed, 1e-7);
+    // Far beyond the lock the tangent holds it, behind a pad too.
+    let hard = Rig::impact(150e3).with_pad(15e3);
+    let bottomed = strike(&hard, 0.6, 12.0, &["hardening:exponent=2,lock_m=0.003"], 0.1).truth().contacts[0];
+    assert_near("speed after", bottomed.speed_after_m_per_s, -0.6, 1e-5);
+}
+
+/// What the chain does to a half sine can be written down for every sample.
+#[test]
+fn drift_rails_hum_and_gain_act_on_every_sample_as_written() {
+    let (k, mass, speed) = (25e3_f64, 6.0, 0.25);
+    let peak = speed * (k * mass).sqrt();
+    let times: Vec<f64> = (-100..1000).map(|index| f64::from(index) * 1e-4).collect();
+    let ideal = strike(&Rig::impact(k), speed, mass, &[], 0.2).measured_n(&times);
+    let with = |effect: &str| strike(&Rig::impact(k), speed, mass, &[effect], 0.2).measured_n(&times);
+    let drift = with("charge-drift:rate_N_per_s=0.5");
+    let rails = with("clipping:limit_N=60");
+    let hum = with("mains-hum:amplitude_N=0.7,frequency_Hz=60,phase_rad=1");
+    let gain = with("gain-error:relative=-0.03");
+    for (number, time) in times.iter().enumerate() {
+        let force = ideal[number];
+        assert_near("drift", drift[number], force + 0.5 * (time + 0.01), 1e-9);
+        assert_near("rails", rails[number], force.min(60.0), 1e-9);
+        assert_near("hum", hum[number], force + 0.7 * (2.0 * PI * 60.0 * time + 1.0).sin(), 1e-9);
+        assert_near("gain", gain[number], 0.97 * force, 1e-9);
+    }
+    let flat = rails.iter().filter(|force| **force == 60.0).count() as f64 * 1e-4;
+    assert_near("flat top", flat, (mass / k).sqrt() * (PI - 2.0 * (60.0 / peak).asin()), 2e-4);
+    let faster = strike(&Rig::impact(k), speed, mass, &["speed-error:relative=0.05"], 0.2);
+    assert_near("faster", faster.truth().peak_n, 1.05 * peak, 1e-5);
+}

@@ -245,7 +245,7 @@ fn download(
             let curve = client.download_curve(node, slot, impact, &mut |_, _| {})?;
             return Ok(curve.map(|curve| {
                 let raw = curve.forces().map(|force| force.0).collect();
-                ForceCurve::new(curve.first_index, curve.sample_rate, raw, configuration.filter)
+                ForceCurve::new(curve.first_index, &configuration.chain, raw, configuration.filter)
             }));
         }
     }

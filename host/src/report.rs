@@ -70,8 +70,6 @@ pub struct ImpactTruth {
     pub filtered_peak_n: f64,
     /// S of the robot's true mass times that, N.
     pub scaled_n: f64,
-    /// Delay of the simulated chain, s, which is part of every sensed instant.
-    pub chain_delay_s: f64,
 }
 
 #[cfg(test)]

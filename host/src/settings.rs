@@ -128,6 +128,7 @@ fn setting_name(setting: Setting) -> (&'static str, &'static str) {
         Setting::SampleRate => ("the sample rate", "Hz"),
         Setting::NewtonPerCode => ("the force per code (full scale / 32768)", "N"),
         Setting::TimeConstant => ("the time constant of the chain", "s"),
+        Setting::ChainDelay => ("the delay of the chain", "s"),
         Setting::ChainRange => ("the range of the chain", ""),
         Setting::NodeId => ("the node id", ""),
         Setting::Heartbeat => ("the heartbeat period", "ms"),

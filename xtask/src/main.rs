@@ -3,7 +3,9 @@
 //! `cargo xtask test` is the one command that passes all tests on a fresh machine; it installs what it lacks.
 
 mod python;
+mod size;
 mod step;
+mod target;
 mod test;
 
 use std::process::ExitCode;
@@ -13,6 +15,8 @@ Usage: cargo xtask CHORE
 
 Chores:
   test     format, lints, documentation and all tests; installs what they need into target/
+  target   find a compiler for the board's processor, or install it
+  size     build the firmware for the board; its flash and memory beside the budget
   tables   remake the tables of the README (accuracy, speed); takes some minutes
 ";
 
@@ -20,6 +24,12 @@ fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);
     let outcome = match arguments.next().as_deref() {
         Some("test") => test::run(),
+        Some("target") => target::toolchain().map(|found| {
+            if let Some(toolchain) = found {
+                println!("compiler for the board: {toolchain:?}");
+            }
+        }),
+        Some("size") => target::toolchain().and_then(|found| found.map_or(Ok(()), size::run)),
         Some("tables") => test::tables(),
         Some("help" | "--help" | "-h") | None => {
             print!("{HELP}");

@@ -10,7 +10,7 @@ use zencan_node::common::objects::{AccessType, DataType, ObjectCode, PdoMappable
 pub struct Object {
     /// Index, 0x1000 to 0xFFFF.
     pub index: u16,
-    /// Name, as EDS files write it.
+    /// Name, as EDS files write it. Like all text here, empty on the board.
     pub name: &'static str,
     /// Variable, array or record.
     pub code: ObjectCode,
@@ -103,7 +103,13 @@ const fn sub(
     unit: &'static str,
     range: &'static str,
 ) -> Sub {
+    let (name, unit, range) = (for_people(name), for_people(unit), for_people(range));
     Sub { sub, name, kind, access, unit, range, pdo: PdoMappable::None }
+}
+
+/// Text for manual, EDS file and people. It does not go onto the board, where nothing reads it and it would take 10 KiB.
+const fn for_people(text: &'static str) -> &'static str {
+    if cfg!(target_os = "none") { "" } else { text }
 }
 
 const fn ro(number: u8, name: &'static str, kind: DataType, unit: &'static str, range: &'static str) -> Sub {
@@ -123,15 +129,15 @@ const fn fixed(number: u8, name: &'static str, kind: DataType, unit: &'static st
 }
 
 const fn var(index: u16, name: &'static str, subs: &'static [Sub]) -> Object {
-    Object { index, name, code: ObjectCode::Var, subs }
+    Object { index, name: for_people(name), code: ObjectCode::Var, subs }
 }
 
 const fn record(index: u16, name: &'static str, subs: &'static [Sub]) -> Object {
-    Object { index, name, code: ObjectCode::Record, subs }
+    Object { index, name: for_people(name), code: ObjectCode::Record, subs }
 }
 
 const fn array(index: u16, name: &'static str, subs: &'static [Sub]) -> Object {
-    Object { index, name, code: ObjectCode::Array, subs }
+    Object { index, name: for_people(name), code: ObjectCode::Array, subs }
 }
 
 use DataType::{Domain, Int16, Real32, UInt8, UInt16, UInt32, UInt64, VisibleString};
@@ -275,6 +281,7 @@ pub static OBJECTS: &[Object] = &[
             rw(6, "Time constant", Real32, "s", "0.01 to 1e6"),
             rw(7, "Bias low", Real32, "V", "below the high one"),
             rw(8, "Bias high", Real32, "V", "above the low one"),
+            rw(9, "Delay", Real32, "s", "0 to 0.002"),
         ],
     ),
     record(

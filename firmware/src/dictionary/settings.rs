@@ -53,6 +53,7 @@ pub const fn object_of(setting: Setting) -> (u16, u8) {
         Setting::NewtonPerCode => (index::CHAIN, 2),
         Setting::ChainRange => (index::CHAIN, 3),
         Setting::TimeConstant => (index::CHAIN, 6),
+        Setting::ChainDelay => (index::CHAIN, 9),
         Setting::NodeId => (index::NODE, 1),
         Setting::Heartbeat => (index::NODE, 2),
     }
@@ -123,6 +124,7 @@ impl Settings {
             (index::CHAIN, 6) => Value::F32(chain.time_constant.0),
             (index::CHAIN, 7) => Value::F32(chain.bias_low.0),
             (index::CHAIN, 8) => Value::F32(chain.bias_high.0),
+            (index::CHAIN, 9) => Value::F32(chain.delay.0),
             (index::NODE, 1) => Value::U8(configuration.node.node_id),
             (index::NODE, 2) => Value::U16(configuration.node.heartbeat_ms),
             _ => return None,
@@ -227,6 +229,10 @@ impl Settings {
                     return Err(self.refuse(Invalid::NoSuchValue(Setting::ChainRange), (object, sub), bias));
                 }
                 (Setting::ChainRange, bias)
+            }
+            (index::CHAIN, 9) => {
+                chain.delay = Second(f32_from(data)?);
+                (Setting::ChainDelay, chain.delay.0)
             }
             (index::NODE, 1) => {
                 staged.node.node_id = u8_from(data)?;

@@ -18,13 +18,17 @@
 //!
 //! The end of a contact is the same flank, read backward.
 //!
-//! **What it cannot know.** The instant is that of the force at the cell. A piece of mass m between the robot and the springs passes
-//! the force on as s·(u − sin(Ωu)/Ω), Ω² = (k_pad + k)/m: a short stretch then reads up to about 1/Ω after the touch (0.2 ms for
-//! 0.05 to 0.1 kg behind a hard pad, 0.5 to 1 ms for 0.1 kg behind a medium one). That is physics of the rig, not of the sensor,
-//! and is not guessed away here.
+//! **A moving piece.** The instant is that of the force at the cell. A piece of mass m between the robot and the springs passes the
+//! force on as s·(u − sin(Ωu)/Ω), Ω² = (k_pad + k)/m, so that an arc on a short stretch reads about 1/Ω too late (0.2 ms for 0.05 to
+//! 0.1 kg behind a hard pad, 0.5 to 2 ms for more behind a softer one). So [`ring`] is tried at each begin, and where the ring is
+//! seen, its instant is taken.
+//!
+//! **What it cannot know.** Where the guide holds the piece, the cell feels nothing until the friction is overcome.
 
-use super::arc::{Normal, Shape};
+use super::arc::Shape;
 use super::force::{Force, PIECE};
+use super::least_squares::Normal;
+use super::ring;
 use crate::capture::Curve;
 
 /// The deviation at which growing stops, s.
@@ -47,6 +51,10 @@ const NO_FORCE: f32 = 2.0;
 const HIDDEN: f32 = 8.0;
 /// Relative error of the arc that is not worth resolving.
 const MODEL_ERROR: f32 = 2e-4;
+
+/// Places of two of the arc's unknowns.
+const CURVATURE: usize = 1;
+const BEGIN: usize = 2;
 
 /// Which way a flank is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,13 +97,13 @@ pub struct Instant {
 
 /// One fitted stretch. Unit of length is the stretch itself.
 #[derive(Clone, Copy, Debug)]
-struct Arc {
+pub struct Arc {
     /// t₀, samples inward from [`Flank::inside`] (usually negative).
-    begin: f32,
+    pub begin: f32,
     /// Slope, N per sample.
-    slope: f32,
+    pub slope: f32,
     /// Curvature q, 1/sample².
-    curvature: f32,
+    pub curvature: f32,
 }
 
 struct Fitted {
@@ -120,8 +128,7 @@ impl Flank {
         let mut best: Option<Fitted> = None;
         let enough = ENOUGH * self.rate;
         while let Some(fitted) = self.fit(force, arc, length) {
-            let allowed = 1.0 + MISFIT / libm::sqrtf(fitted.points as f32);
-            let fits = fitted.misfit <= allowed;
+            let fits = fitted.misfit <= Self::allowed_misfit(fitted.points);
             if best.is_some() && !fits {
                 break;
             }
@@ -133,14 +140,40 @@ impl Flank {
             }
             length = (length * 1.5).min(whole);
         }
+        // An arc that fits all the way to the peak leaves nothing to explain.
+        let plain = self.fit(force, arc, self.to_peak.max(SHORTEST as f32).min(whole));
+        let plain = plain.is_some_and(|fitted| fitted.misfit <= Self::allowed_misfit(fitted.points));
+        if self.direction == Direction::Begin
+            && !plain
+            && let Some(fitted) = ring::find(self, force, arc)
+        {
+            let position = self.inside as f32 + fitted.ringing.arc.begin;
+            return Instant { position, deviation: fitted.deviation };
+        }
         match best {
             Some(fitted) => self.place(force, &fitted.arc, fitted.deviation * libm::sqrtf(fitted.misfit.max(1.0))),
             None => self.place(force, &first, 1.0),
         }
     }
 
+    /// The residual's mean square over the noise's that so many points may reach.
+    pub fn allowed_misfit(points: usize) -> f32 {
+        1.0 + MISFIT / libm::sqrtf(points as f32)
+    }
+
+    /// Variance of the mean of `samples` samples, with what no arc follows, N².
+    pub fn variance_of_mean(&self, samples: usize) -> f32 {
+        let floor = MODEL_ERROR * self.peak;
+        self.noise * self.noise / samples as f32 + floor * floor
+    }
+
+    /// The arc fitted to a stretch of `length` samples.
+    pub fn arc_over<C: Curve>(&self, force: &Force<'_, C>, start: Arc, length: f32) -> Option<Arc> {
+        self.fit(force, start, length).map(|fitted| fitted.arc)
+    }
+
     /// (π/2τ)², τ the time to the peak.
-    fn prior_curvature(&self) -> f32 {
+    pub fn prior_curvature(&self) -> f32 {
         let quarter = core::f32::consts::FRAC_PI_2 / self.to_peak.max(2.0);
         quarter * quarter
     }
@@ -207,12 +240,12 @@ impl Flank {
         if slope <= 0.0 || slope.is_nan() {
             return None;
         }
-        let begin = (centre - mean / slope).clamp(-(self.reach as f32), 0.5);
+        let begin = (centre - mean / slope).max(-(self.reach as f32)).min(0.5);
         Some(Arc { begin, slope, curvature: 0.0 })
     }
 
     /// Forces at `inward` samples from [`Self::inside`] on, in reading direction.
-    fn read<C: Curve>(&self, force: &Force<'_, C>, inward: isize, into: &mut [f32]) -> usize {
+    pub fn read<C: Curve>(&self, force: &Force<'_, C>, inward: isize, into: &mut [f32]) -> usize {
         match self.direction {
             Direction::Begin => match self.inside.checked_add_signed(inward) {
                 Some(from) => force.read(from, into),
@@ -233,7 +266,7 @@ impl Flank {
             let normal = self.linearise(force, &arc, length)?;
             last = Some(Fitted {
                 arc,
-                deviation: libm::sqrtf(normal.variance_of_begin()?) * length,
+                deviation: libm::sqrtf(normal.variance(BEGIN)?) * length,
                 misfit: normal.squares / normal.points.max(1) as f32,
                 points: normal.points,
             });
@@ -243,10 +276,10 @@ impl Flank {
             let [by_slope, by_curvature, by_begin] = normal.solve()?;
             // Steps are held within what the linearisation can mean.
             let scale = arc.slope.abs() * length;
-            arc.slope = (arc.slope + by_slope.clamp(-scale, scale) / length).max(0.1 * start.slope);
+            arc.slope = (arc.slope + by_slope.max(-scale).min(scale) / length).max(0.1 * start.slope);
             arc.curvature += by_curvature.clamp(-3.0, 3.0) / (length * length);
             let moved = by_begin.clamp(-0.5, 0.5) * length;
-            arc.begin = (arc.begin + moved).clamp(-(self.reach as f32), self.to_peak.max(1.0));
+            arc.begin = (arc.begin + moved).max(-(self.reach as f32)).min(self.to_peak.max(1.0));
             if moved.abs() < 1e-3 && step > 0 {
                 break;
             }
@@ -255,16 +288,16 @@ impl Flank {
     }
 
     /// Gathers the normal equations around an arc, in units of the stretch's length and weighted by the noise.
-    fn linearise<C: Curve>(&self, force: &Force<'_, C>, arc: &Arc, length: f32) -> Option<Normal> {
+    fn linearise<C: Curve>(&self, force: &Force<'_, C>, arc: &Arc, length: f32) -> Option<Normal<3>> {
         let first = libm::ceilf(arc.begin) as isize;
         let last = libm::floorf(arc.begin + length) as isize;
         let samples = usize::try_from(last - first + 1).ok().filter(|samples| *samples >= 3)?;
         let per_bin = samples.div_ceil(POINTS);
-        let floor = MODEL_ERROR * self.peak;
-        let variance = self.noise * self.noise / per_bin as f32 + floor * floor;
+        let variance = self.variance_of_mean(per_bin);
         let curvature = (arc.curvature * length * length).clamp(-4.0, 11.0);
         let prior = self.prior_curvature() * length * length;
-        let mut normal = Normal::with_prior(prior - curvature, prior.max(1e-3));
+        let mut normal = Normal::new();
+        normal.expect(CURVATURE, prior - curvature, prior.max(1e-3));
         let amplitude = arc.slope * length;
         let mut piece = [0.0; PIECE];
         let chunk = (PIECE / per_bin).max(1) * per_bin.min(PIECE);

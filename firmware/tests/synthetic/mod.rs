@@ -90,6 +90,8 @@ pub fn configuration(rate: f64) -> Configuration {
     let mut configuration = Configuration::DEFAULT;
     configuration.region = Some(Region::Chest);
     configuration.effective_mass = Some(Kilogram(6.0));
+    // The synthetic forces pass no filter.
+    configuration.chain = configuration.chain.undelayed();
     configuration.chain.sample_rate = Hertz(rate as f32);
     configuration
 }

@@ -78,6 +78,7 @@ fn discharge_of_a_ramp_is_exact() {
 fn the_filter_delays_slow_signals_as_documented_and_is_down_3_db_at_its_corner() {
     let settings = ChainSettings { discharge: None, ..ChainSettings::quiet() };
     let delay = f64::from(settings.delay().0);
+    assert!((settings.delay().0 - Chain::REFERENCE.delay.0).abs() < 1e-9, "the sensor's own idea of its chain");
     assert!((delay - 28.1e-6).abs() < 0.1e-6);
     let ramp = exact(&settings, 0, |t| 5000.0 * t, 1_000);
     let last = 999.0 / RATE;

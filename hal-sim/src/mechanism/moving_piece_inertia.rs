@@ -4,6 +4,11 @@
 //! √(k_body/m_p). A ring without loss of its own is never seen, so pad and springs bring material damping,
 //! each stated as the damping ratio that it alone would give the ring (c = 2ζ√((k_pad + k_body)·m_p)).
 //!
+//! The mass is a parameter here and not a field of [`Rig`](crate::rig::Rig): the rig is the baseline, which ignores
+//! it, and a mass alone is no model, since how it rings depends on the damping and, without a pad, on the stiffness of the bare
+//! contact. A campaign's `moving_mass_kg` is what the experimenter believes this parameter to be; a simulated campaign
+//! has the piece move by naming this mechanism, with that mass as its value.
+//!
 //! Source: two-body model; paper 1, eq. 20–22, neglects the ring and so needs 40–190 g to explain its drop tests.
 
 use super::{Effect, Group, Mechanism, Parameter, Scale, Site};

@@ -65,7 +65,7 @@ pub struct Effort {
 }
 
 pub(super) fn integrate(assembly: Assembly, until_s: f64, accuracy: Accuracy) -> Result<Impact, RigError> {
-    let system = System::new(assembly)?;
+    let system = System::new(assembly, accuracy.force_n)?;
     match system.states() {
         0..=2 => by_size::<2>(system, until_s, accuracy),
         3..=4 => by_size::<4>(system, until_s, accuracy),
@@ -333,6 +333,10 @@ fn first_event<const N: usize, R: Method<N>>(
     let mut after = [1.0; MOST_EVENTS];
     let count = form.system.margins(from_s, &nodes[0], &form.mode, &mut before);
     let at_s = |number: usize| from_s + (to_s - from_s) * number as f64 / (nodes.len() - 1) as f64;
+    let mut contact = [0.0; VERNER_NODES];
+    contact[0] = before[CONTACT_EVENT];
+    let mut found = None;
+    let mut seen = 1;
     for (number, node) in nodes.iter().enumerate().skip(1) {
         form.system.margins(at_s(number), node, &form.mode, &mut after);
         let mut first: Option<(usize, f64)> = None;
@@ -360,11 +364,44 @@ fn first_event<const N: usize, R: Method<N>>(
             }
         }
         if first.is_some() {
-            return first;
+            found = first;
+            break;
         }
+        contact[number] = after[CONTACT_EVENT];
+        seen = number + 1;
         before = after;
     }
-    None
+    if form.mode.touching && contact[0] > 0.0 {
+        let mut margin = |time_s: f64| {
+            let state = solver.interpolate(time_s).unwrap_or(nodes[0]);
+            let mut margins = [1.0; MOST_EVENTS];
+            form.system.margins(time_s, &state, &form.mode, &mut margins);
+            margins[CONTACT_EVENT]
+        };
+        let lost_s = dip(&mut margin, &contact[..seen], at_s).map(|at_s| (CONTACT_EVENT, at_s));
+        return lost_s.or(found);
+    }
+    found
+}
+
+/// Where a margin that is positive at all nodes is negative for a moment between two of them, as when a ringing piece
+/// just lets go of the robot: the lowest point of the parabola through three nodes is looked at, and if it is negative,
+/// the zero before it is taken.
+fn dip(margin: &mut impl FnMut(f64) -> f64, values: &[f64], at_s: impl Fn(usize) -> f64) -> Option<f64> {
+    (1..values.len().saturating_sub(1)).find_map(|middle| {
+        let [left, low, right] = [values[middle - 1], values[middle], values[middle + 1]];
+        let (slope, curvature) = (0.5 * (right - left), right - 2.0 * low + left);
+        let vertex = -slope / curvature;
+        // Nothing near zero, or lowest where another three nodes look.
+        if curvature <= 0.0 || vertex.abs() > 1.0 || low + 0.5 * slope * vertex > 0.1 * low {
+            return None;
+        }
+        let step_s = at_s(middle) - at_s(middle - 1);
+        let lowest_s = at_s(middle) + vertex * step_s;
+        let lowest = margin(lowest_s);
+        let (from_s, from) = if vertex > 0.0 { (at_s(middle), low) } else { (at_s(middle - 1), left) };
+        (lowest < 0.0 && from > 0.0).then(|| root(margin, from_s, lowest_s, from, lowest))
+    })
 }
 
 /// The zero of a falling function between `low` and `high`, by regula falsi with the Illinois rule,

@@ -23,6 +23,13 @@ const MOST_TRIGGERS: usize = 4;
 /// balance is found where the pad's own damping vanishes: within 1 ns on the softest rig.
 const PIECE_DRAG_NS_PER_M: f64 = 1e-5;
 
+/// The last moment of a creeping piece's contact, as an angle of the ideal pulse; over it the robot's speed changes by less
+/// than 10⁻⁶ of itself.
+const CLOSING_RADIANS: f64 = 1e-3;
+
+/// What rounding makes of the balance of forces on a massless piece, N.
+const ROUNDING_N: f64 = 1e-9;
+
 /// What the piece is in the equations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum PieceForm {
@@ -97,12 +104,15 @@ pub(super) struct System {
     tip_kg: f64,
     link_kg: f64,
     contact_laws: usize,
+    /// Forces on a resting piece that differ by less than this are in balance, N; see [`System::held_n`].
+    balance_n: f64,
     /// Drives that have a trigger, by number of the drive.
     triggered: Vec<usize>,
 }
 
 impl System {
-    pub(super) fn new(assembly: Assembly) -> Result<Self, RigError> {
+    /// The equations of this rig, for a motion that is followed to `force_n`, N.
+    pub(super) fn new(assembly: Assembly, force_n: f64) -> Result<Self, RigError> {
         let depends_on_rate =
             |element: &Element| element.damping_ns_per_m > 0.0 || element.laws.iter().any(|law| law.depends_on_rate());
         let form = match (&assembly.pad, assembly.piece) {
@@ -142,6 +152,7 @@ impl System {
             tip_kg: assembly.approach.effective_mass_kg - link_kg,
             link_kg,
             contact_laws,
+            balance_n: if form == PieceForm::Massive { force_n.max(ROUNDING_N) } else { ROUNDING_N },
             triggered,
             assembly,
         })
@@ -178,20 +189,40 @@ impl System {
         if self.form != PieceForm::Creeping || mode.guiding == Guiding::Sticking {
             return 0.0;
         }
-        let rate = self.assembly.spring.stiffness_n_per_m * -instant.piece_m_per_s;
-        rate.max(0.0) * 1e-3 / self.pulsation_per_s()
+        // Not the piece's own velocity: the less the pad damps, the more that one shows the solver's error.
+        self.series_n_per_m() * (-instant.tip_m_per_s).max(0.0) * CLOSING_RADIANS / self.pulsation_per_s()
     }
 
-    /// The last moment of a creeping piece's contact: its length and the states after it. The contact force falls with the
-    /// springs' (friction is constant), so it is a ramp with the piece's speed.
+    /// The last moment of a creeping piece's contact: its length and the states after it. The robot's speed is constant, so
+    /// the piece runs straight to where it is left alone: P = 0, S(x_p) = −σ·F_c, and the pad as deep as it
+    /// stays. A dashpot ends the contact before that; but it defines the piece's velocity, along which the force is
+    /// a ramp to zero.
     pub(super) fn closing(&self, time_s: f64, state: &[f64], mode: &Mode) -> Option<(f64, [f64; MOST_STATES])> {
+        let piece = self.layout.piece?;
         let instant = self.instant(time_s, state, mode);
-        if !mode.touching || self.closing_n(&instant, mode) <= 0.0 || instant.contact_n <= 0.0 {
+        if !mode.touching || self.closing_n(&instant, mode) <= 0.0 {
             return None;
         }
-        let moment_s = instant.contact_n / (self.assembly.spring.stiffness_n_per_m * -instant.piece_m_per_s);
         let mut rates = [0.0; MOST_STATES];
         self.rates(time_s, state, mode, &mut rates);
+        let free_m = self.free_depth_m(state, mode);
+        let closing_m_per_s = instant.tip_m_per_s - instant.piece_m_per_s;
+        let dashpot = self.pad(free_m, closing_m_per_s, state, mode).damping_ns_per_m > 0.0;
+        let moment_s;
+        if dashpot {
+            moment_s = instant.contact_n / (self.assembly.spring.stiffness_n_per_m * -instant.piece_m_per_s);
+        } else {
+            let left_n = match mode.guiding {
+                Guiding::Sliding(sign) => -sign * self.assembly.guide.coulomb_n,
+                Guiding::Free | Guiding::Sticking => 0.0,
+            };
+            let left_m = depth_under(left_n, instant.piece_m, |depth_m| self.spring(depth_m, 0.0, state, mode));
+            moment_s = (instant.tip_m - left_m - free_m) / -instant.tip_m_per_s;
+            (rates[0], rates[piece]) = (instant.tip_m_per_s, (left_m - instant.piece_m) / moment_s);
+        }
+        if rates[piece] > 0.0 || !(1e-15..=5.0 * CLOSING_RADIANS / self.pulsation_per_s()).contains(&moment_s) {
+            return None;
+        }
         let mut after = [0.0; MOST_STATES];
         for ((after, before), rate) in after.iter_mut().zip(state).zip(rates) {
             *after = before + rate * moment_s;
@@ -199,12 +230,15 @@ impl System {
         Some((moment_s, after))
     }
 
+    /// Springs and pad in series, N/m.
+    fn series_n_per_m(&self) -> f64 {
+        let springs = self.assembly.spring.stiffness_n_per_m;
+        self.assembly.pad.as_ref().map_or(springs, |pad| 1.0 / (1.0 / springs + 1.0 / pad.stiffness_n_per_m))
+    }
+
     /// The angular frequency of the ideal pulse, 1/s.
     pub(super) fn pulsation_per_s(&self) -> f64 {
-        let springs = self.assembly.spring.stiffness_n_per_m;
-        let series =
-            self.assembly.pad.as_ref().map_or(springs, |pad| 1.0 / (1.0 / springs + 1.0 / pad.stiffness_n_per_m));
-        (series / self.assembly.approach.effective_mass_kg).sqrt()
+        (self.series_n_per_m() / self.assembly.approach.effective_mass_kg).sqrt()
     }
 
     /// The first moment of a contact that a creeping piece begins freely: its length and the states after it.
@@ -337,9 +371,10 @@ impl System {
         match self.form {
             PieceForm::Massive => self.massive(state, mode, &mut instant),
             _ if !mode.touching => {
-                instant.piece_m = mode.held_m;
-                instant.spring_n = self.spring(mode.held_m, 0.0, state, mode).force_n;
-                instant.friction_n = if self.assembly.guide.rubs() { -instant.spring_n } else { 0.0 };
+                let rubs = self.assembly.guide.rubs();
+                instant.piece_m = if rubs { mode.held_m } else { self.free_stroke_m(state, mode) };
+                instant.spring_n = self.spring(instant.piece_m, 0.0, state, mode).force_n;
+                instant.friction_n = if rubs { -instant.spring_n } else { 0.0 };
             }
             PieceForm::Carried => self.carried(driven_n, state, mode, &mut instant),
             PieceForm::Balanced => self.balanced(state, mode, &mut instant),
@@ -488,8 +523,7 @@ impl System {
                 Guiding::Free => {}
                 Guiding::Sliding(sign) => margins[1] = sign * instant.piece_m_per_s,
                 Guiding::Sticking => {
-                    // Held a little more firmly than it is taken hold of, or rounding would let go at once.
-                    let holding_n = self.assembly.guide.holding_n(instant.contact_n) * (1.0 + 2e-9) + 2e-9;
+                    let holding_n = self.held_n(&instant, 2.0);
                     margins[1] = holding_n - instant.friction_n;
                     margins[2] = holding_n + instant.friction_n;
                 }
@@ -594,14 +628,23 @@ impl System {
                     state[piece + 1] = 0.0;
                 }
                 let at_rest = self.instant(time_s, state, &sticking);
-                // A massless piece comes to rest on the edge of what can be held, so rounding must not decide.
-                let holding_n = self.assembly.guide.holding_n(at_rest.contact_n) * (1.0 + 1e-9) + 1e-9;
-                if at_rest.friction_n.abs() > holding_n {
+                // What comes to rest is not pushed on: where it seems so, it is by less than the motion is exact.
+                let pushed_back_n = -sign * at_rest.friction_n;
+                if pushed_back_n > self.held_n(&at_rest, 1.0) {
                     sticking.guiding = Guiding::Sliding(-sign);
                 }
                 *mode = sticking;
             }
         }
+    }
+
+    /// The most friction that holds a resting piece, N, with `times` the slack that its balance needs.
+    ///
+    /// A massless piece comes to rest on the very edge of what can be held, and a light one whose springs are overdamped
+    /// creeps up to it for ever, so neither rounding nor the solver's error may decide: it is taken hold of with
+    /// one slack and let go with two.
+    fn held_n(&self, instant: &Instant, times: f64) -> f64 {
+        self.assembly.guide.holding_n(instant.contact_n) * (1.0 + times * 1e-9) + times * self.balance_n
     }
 
     fn drive_n(&self, time_s: f64, position_m: f64, velocity_m_per_s: f64, mode: &Mode) -> f64 {
@@ -652,17 +695,30 @@ impl System {
         if self.layout.spring == self.layout.contact {
             return 0.0;
         }
-        let mut depth_m = 0.0;
-        for _ in 0..40 {
-            let pad = self.pad(depth_m, 0.0, state, mode);
-            let step = pad.force_n / pad.stiffness_n_per_m;
-            depth_m -= step;
-            if step.abs() <= 1e-15 {
-                break;
-            }
-        }
-        depth_m
+        depth_under(0.0, 0.0, |depth_m| self.pad(depth_m, 0.0, state, mode))
     }
+
+    /// The stroke of springs that nothing presses on and no friction holds: zero, unless they recover slowly.
+    fn free_stroke_m(&self, state: &[f64], mode: &Mode) -> f64 {
+        if self.layout.len == self.layout.spring {
+            return 0.0;
+        }
+        depth_under(0.0, 0.0, |stroke_m| self.spring(stroke_m, 0.0, state, mode))
+    }
+}
+
+/// The depth at which an element's force is this one, by Newton's rule from a depth near it.
+fn depth_under(force_n: f64, near_m: f64, respond: impl Fn(f64) -> Response) -> f64 {
+    let mut depth_m = near_m;
+    for _ in 0..40 {
+        let response = respond(depth_m);
+        let step_m = (response.force_n - force_n) / response.stiffness_n_per_m;
+        depth_m -= step_m;
+        if step_m.abs() <= 1e-15 {
+            break;
+        }
+    }
+    depth_m
 }
 
 /// The element's force: linear, then laws that do not depend on the rate, then those that do.

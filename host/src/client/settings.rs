@@ -161,7 +161,7 @@ fn contact_from(number: u8) -> Option<ContactKind> {
 }
 
 /// Every setting, in the order of the dictionary.
-pub static ITEMS: [Item; 20] = [
+pub static ITEMS: [Item; 21] = [
     choice!(
         "region",
         JUDGEMENT: 1,
@@ -219,6 +219,7 @@ pub static ITEMS: [Item; 20] = [
     number!("time constant", CHAIN: 6, "s", F32, chain.time_constant, Second),
     number!("bias low", CHAIN: 7, "V", F32, chain.bias_low, Volt),
     number!("bias high", CHAIN: 8, "V", F32, chain.bias_high, Volt),
+    number!("delay", CHAIN: 9, "s", F32, chain.delay, Second),
     number!("node id", NODE: 1, "", U8, node.node_id),
     number!("heartbeat", NODE: 2, "ms", U16, node.heartbeat_ms),
 ];

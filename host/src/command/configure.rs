@@ -105,6 +105,9 @@ struct Chain {
     /// Highest healthy bias voltage of the cell
     #[arg(long, value_name = "V")]
     bias_high: Option<f32>,
+    /// Delay of the anti-alias filter in front of the ADC, taken off every reported instant
+    #[arg(long, value_name = "S")]
+    delay: Option<f32>,
 }
 
 #[derive(clap::Args, Debug)]
@@ -223,6 +226,7 @@ impl Configure {
         set("time constant", chain.time_constant.map(Raw::F32));
         set("bias low", chain.bias_low.map(Raw::F32));
         set("bias high", chain.bias_high.map(Raw::F32));
+        set("delay", chain.delay.map(Raw::F32));
         set("node id", on_bus.node_id.map(Raw::U8));
         set("heartbeat", on_bus.heartbeat.map(Raw::U16));
         wanted

@@ -66,11 +66,7 @@ impl Demo {
         }
         self.json.write(&outcome)?;
         if !quiet {
-            crate::standard_output::say(format_args!("{}", table(&outcome)));
-            crate::say!(
-                "\n  True instants are given as they leave the simulated front end, which delays them by {:.0} µs.",
-                1e6 * outcome.chain_delay_s
-            );
+            crate::say!("{}", table(&outcome));
             for (index, blow) in demonstrated.blows.iter().enumerate() {
                 crate::say!("  Blow {}: {}", index + 1, words::explain_verdict(&blow.events[0]));
             }

@@ -27,8 +27,6 @@ pub struct Outcome {
     pub mechanisms: Vec<String>,
     /// Configuration's revision and hash.
     pub configuration: (u32, String),
-    /// Delay of the simulated front end, which is in every sensed instant but not in the true ones or the errors, s.
-    pub chain_delay_s: f64,
     /// The blows.
     pub blows: Vec<BlowOutcome>,
     /// Frames that the host received over the simulated bus.
@@ -50,7 +48,7 @@ pub struct BlowOutcome {
     /// As it was.
     #[serde(rename = "true")]
     pub truth: Figures,
-    /// Sensed less true; the contact instant without the delay of the front end.
+    /// Sensed less true.
     pub error: Figures,
     /// The transient limit, N.
     pub limit_N: Option<f64>,
@@ -103,7 +101,7 @@ impl BlowOutcome {
             sensed,
             truth,
             error: Figures {
-                contact_s: sensed.contact_s - truth.contact_s - blow.truth.delay_s,
+                contact_s: sensed.contact_s - truth.contact_s,
                 raw_peak_N: sensed.raw_peak_N - truth.raw_peak_N,
                 peak_N: sensed.peak_N - truth.peak_N,
                 impulse_Ns: sensed.impulse_Ns - truth.impulse_Ns,
@@ -134,7 +132,6 @@ impl Outcome {
             pad_stiffness_N_per_m: scenario.rig.pad_stiffness_n_per_m,
             mechanisms: scenario.effects.iter().map(ToString::to_string).collect(),
             configuration: (demonstrated.stamp.0, format!("{:08x}", demonstrated.stamp.1)),
-            chain_delay_s: demonstrated.blows.first().map_or(0.0, |blow| blow.truth.delay_s),
             blows: demonstrated.blows.iter().map(|blow| BlowOutcome::new(blow, rate)).collect(),
             frames_received: demonstrated.frames.0,
             frames_lost: demonstrated.frames.1,
@@ -171,8 +168,7 @@ pub fn table(outcome: &Outcome) -> Table {
             format!("{}: {:.3} m/s", index + 1, blow.impact_speed_m_per_s),
             "contact instant".to_owned(),
             format!("{:.6} s", sensed.contact_s),
-            // As the front end delays it, so that the difference is the error.
-            format!("{:.6} s", truth.contact_s + outcome.chain_delay_s),
+            format!("{:.6} s", truth.contact_s),
             format!("{:+.1} µs", 1e6 * error.contact_s),
         ]);
         table.row(force("peak", sensed.raw_peak_N, truth.raw_peak_N, error.raw_peak_N));

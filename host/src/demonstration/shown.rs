@@ -92,7 +92,6 @@ fn impact(index: usize, blow: &Blow, demonstrated: &Demonstrated) -> ImpactRepor
             contacts,
             filtered_peak_n: truth.filtered_peak_n,
             scaled_n: truth.scaled_n(),
-            chain_delay_s: truth.delay_s,
         }),
         notes: alarm.into_iter().collect(),
     }

@@ -2,7 +2,6 @@
 
 use thud_firmware::configuration::Configuration;
 use thud_firmware::detector::TRANSIENT_WINDOW;
-use thud_sim::chain::ChainSettings;
 use thud_sim::rig::Impact;
 
 use super::Scenario;
@@ -12,7 +11,7 @@ use crate::simulation::ContactTruth;
 /// The true force is shown from here, s before the contact.
 const BEFORE_S: f64 = 0.1;
 
-/// Truth of one blow. Time is the sensor's own, seconds since power-up, without the delay of its front end.
+/// Truth of one blow. Time is the sensor's own, seconds since power-up.
 #[derive(Clone, Debug)]
 pub struct Truth {
     /// Each touch of robot and rig.
@@ -21,8 +20,6 @@ pub struct Truth {
     pub filtered_peak_n: f64,
     /// Scaling factor S of the robot's true mass.
     pub scaling: f64,
-    /// By how much the front end delays what the sensor sees, s.
-    pub delay_s: f64,
     /// Force at the cell, before the measuring chain: time and newton.
     pub curve: Vec<(f64, f64)>,
 }
@@ -31,14 +28,13 @@ impl Truth {
     /// The truth of an impact that begins at `begins_s`.
     #[must_use]
     pub(super) fn new(impact: &Impact, begins_s: f64, scenario: &Scenario, configuration: &Configuration) -> Self {
-        let sample_rate = configuration.chain.sample_rate;
-        let rate = f64::from(sample_rate.0);
+        let rate = f64::from(configuration.chain.sample_rate.0);
         let end_s = impact.end_s();
         let times_s: Vec<f64> =
             (0..((BEFORE_S + end_s) * rate) as usize).map(|index| index as f64 / rate - BEFORE_S).collect();
         let force_n: Vec<f64> = times_s.iter().map(|time| impact.force_n(*time)).collect();
         let raw = force_n.iter().map(|force| *force as f32).collect();
-        let filtered = ForceCurve::new(0, sample_rate, raw, configuration.filter).judged;
+        let filtered = ForceCurve::new(0, &configuration.chain, raw, configuration.filter).judged;
         let window = 0.0..=f64::from(TRANSIENT_WINDOW.0);
         let filtered_peak_n = times_s
             .iter()
@@ -51,7 +47,6 @@ impl Truth {
             contacts: impact.truth().contacts.iter().map(|contact| ContactTruth::new(contact, begins_s)).collect(),
             filtered_peak_n,
             scaling: (body_kg / (body_kg + scenario.true_mass_kg)).sqrt(),
-            delay_s: f64::from(ChainSettings::workshop().delay().0),
             curve: times_s.iter().map(|time| begins_s + time).zip(force_n).collect(),
         }
     }

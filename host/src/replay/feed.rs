@@ -108,7 +108,8 @@ pub fn replay(
         let codes = configuration.chain.clip_high - configuration.chain.zero_code;
         configuration.chain.newton_per_code = plateau as f32 / f32::from(codes);
     }
-    configuration.chain.sample_rate = Hertz(prepared.rate_hz as f32);
+    // A recording has passed its own front end; no filter of ours delays it.
+    configuration.chain = Chain { sample_rate: Hertz(prepared.rate_hz as f32), ..configuration.chain.undelayed() };
     configuration
         .validate()
         .map_err(|invalid| ReplayError::Configuration(crate::settings::explain_invalid(invalid)))?;

@@ -5,7 +5,7 @@ use thud_firmware::calibration::Calibration;
 use thud_firmware::configuration::{Chain, FilterProfile};
 use thud_firmware::filter::{LowPass, State};
 use thud_firmware::idle::Baseline;
-use thud_firmware::units::Hertz;
+use thud_firmware::units::{Hertz, Second};
 
 /// Force over sample numbers.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,6 +14,8 @@ pub struct ForceCurve {
     pub first_index: u64,
     /// Samples per second.
     pub sample_rate: Hertz,
+    /// By how much the front end delayed it; taken off every time.
+    pub delay: Second,
     /// Unfiltered, N.
     pub raw: Vec<f32>,
     /// As judged, N.
@@ -23,9 +25,9 @@ pub struct ForceCurve {
 impl ForceCurve {
     /// The curve from forces whose zero has been removed.
     #[must_use]
-    pub fn new(first_index: u64, sample_rate: Hertz, raw: Vec<f32>, filter: FilterProfile) -> Self {
-        let judged = judged(&raw, filter, sample_rate);
-        Self { first_index, sample_rate, raw, judged }
+    pub fn new(first_index: u64, chain: &Chain, raw: Vec<f32>, filter: FilterProfile) -> Self {
+        let judged = judged(&raw, filter, chain.sample_rate);
+        Self { first_index, sample_rate: chain.sample_rate, delay: chain.delay, raw, judged }
     }
 
     /// The curve from codes, with the idle signal that the sensor knew removed.
@@ -43,14 +45,14 @@ impl ForceCurve {
             .zip(first_index..)
             .map(|(code, index)| calibration.force(*code) - idle.at(index.wrapping_sub(idle.origin) as i64 as f32))
             .collect();
-        Self::new(first_index, chain.sample_rate, raw, filter)
+        Self::new(first_index, chain, raw, filter)
     }
 
-    /// Samples from `origin` (whole and fraction) to the curve's first one, as seconds.
+    /// Seconds from `origin` to the instant at which the force of the curve's first sample acted.
     #[must_use]
     pub fn start_s(&self, origin: thud_firmware::units::SampleInstant) -> f64 {
         let whole = self.first_index.wrapping_sub(origin.index) as i64 as f64;
-        (whole - f64::from(origin.fraction)) / f64::from(self.sample_rate.0)
+        (whole - f64::from(origin.fraction)) / f64::from(self.sample_rate.0) - f64::from(self.delay.0)
     }
 }
 

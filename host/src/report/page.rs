@@ -103,10 +103,8 @@ fn figures(impact: &ImpactReport, configuration: &Configuration) -> Markup {
             .collect()
     };
     let (raw, judged) = (line(&curve.raw), line(&curve.judged));
-    let truth: Option<Vec<(f64, f64)>> = impact
-        .truth
-        .as_ref()
-        .map(|truth| truth.curve.iter().map(|(time, force)| (1e3 * (time + truth.chain_delay_s), *force)).collect());
+    let truth: Option<Vec<(f64, f64)>> =
+        impact.truth.as_ref().map(|truth| truth.curve.iter().map(|(time, force)| (1e3 * time, *force)).collect());
     let show = Shown { impact, configuration, raw: &raw, judged: &judged, truth: truth.as_deref() };
     let blow = &impact.events[0];
     let duration_ms = (1e3 * f64::from(blow.duration.0)).clamp(0.2, 600.0);
@@ -301,7 +299,7 @@ impl Shown<'_> {
         if let Some(truth) = &self.impact.truth
             && let Some(contact) = truth.contacts.first()
         {
-            let at = 1e3 * (contact.contact_s + truth.chain_delay_s);
+            let at = 1e3 * contact.contact_s;
             instants.push(Instant { at, label: "contact as it was".to_owned(), truth: true, row: 1, tick: false });
         }
         let within = |points: &[(f64, f64)]| -> Vec<(f64, f64)> {

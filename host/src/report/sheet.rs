@@ -92,22 +92,21 @@ pub(super) fn comparison(impact: &ImpactReport) -> Markup {
     html! {
         h3 { "Sensed beside true" }
         p {
-            "The rig is simulated, so the force that really reached the load cell is known. Sensed instants include the delay of the simulated front end, "
-            (format!("{:.0} µs", 1e6 * truth.chain_delay_s)) "; the errors below are without it."
+            "The rig is simulated, so the force that really reached the load cell is known."
         }
         table {
             thead { tr { th { "contact" } th { "quantity" } th.number { "sensed" } th.number { "true" } th.number { "error" } } }
             tbody {
                 @for (number, contact) in truth.contacts.iter().enumerate() {
                     @let name = if number == 0 { "blow".to_owned() } else { format!("touch {}", number + 1) };
-                    @match sensed(impact, contact.contact_s + truth.chain_delay_s) {
+                    @match sensed(impact, contact.contact_s) {
                         Some((event, sensed_s)) => {
-                            @let instant_error_us = 1e6 * (sensed_s - contact.contact_s - truth.chain_delay_s);
+                            @let instant_error_us = 1e6 * (sensed_s - contact.contact_s);
                             tr {
                                 td rowspan="3" { (name) }
                                 td { "contact instant" }
                                 td.number { (format!("{:.3} ms", 1e3 * sensed_s)) }
-                                td.number { (format!("{:.3} ms", 1e3 * (contact.contact_s + truth.chain_delay_s))) }
+                                td.number { (format!("{:.3} ms", 1e3 * contact.contact_s)) }
                                 td.number { (format!("{instant_error_us:+.1} µs")) }
                             }
                             (row("raw peak", f64::from(event.raw_peak.0), contact.peak_N, "N", 2))

@@ -1,0 +1,70 @@
+//! The receiving half.
+//!
+//! ```text
+//! FIFO of 3 frames ──interrupt──▶ `reception`, urgent ──▶ queue of 64 ──▶ `Mailbox`, read by the node when it has time
+//! ```
+//!
+//! The controller holds three frames, as little as 141 µs of a busy bus, while the node may be kept waiting by an evaluation
+//! for tens of milliseconds. What does not fit here or there is counted and told.
+
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use embassy_stm32::can::CanRx;
+use embassy_stm32::can::frame::Envelope;
+use embassy_stm32::pac::FDCAN1;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::channel::Channel;
+use embassy_time::Timer;
+use embedded_can::Id;
+use thud_firmware::board::{CanReceive, Frame, Received};
+
+/// What reads the controller.
+pub type Driver = CanRx<'static>;
+
+/// Frames between the controller and the node.
+const DEPTH: usize = 64;
+/// Static because a task of one executor fills it and one of the other empties it.
+static FRAMES: Channel<CriticalSectionRawMutex, Frame, DEPTH> = Channel::new();
+/// Frames that found no room since this was last told.
+static LOST: AtomicU32 = AtomicU32::new(0);
+
+/// Empties the controller, for ever.
+pub async fn reception(mut driver: Driver) -> ! {
+    loop {
+        match driver.read().await {
+            Ok(envelope) => {
+                if let Some(frame) = frame(&envelope)
+                    && FRAMES.try_send(frame).is_err()
+                {
+                    LOST.fetch_add(1, Ordering::Relaxed);
+                }
+            }
+            // The driver tells every error on the wire here, and a wire that is shorted has no end of them; the error
+            // counters say it better. The pause keeps them from taking all the time that there is.
+            Err(_) => Timer::after_micros(20).await,
+        }
+        // The driver leaves this interrupt off, and it is not needed: a frame is lost only while three others wait here.
+        if FDCAN1.ir().read().rfl(0) {
+            FDCAN1.ir().write(|clear| clear.set_rfl(0, true));
+            LOST.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+}
+
+fn frame(envelope: &Envelope) -> Option<Frame> {
+    // The filters let nothing else in.
+    let Id::Standard(id) = envelope.frame.id() else { return None };
+    Frame::new(id.as_raw(), envelope.frame.data())
+}
+
+/// The frames that have come.
+pub struct Mailbox;
+
+impl CanReceive for Mailbox {
+    async fn receive(&mut self) -> Received {
+        match LOST.swap(0, Ordering::Relaxed) {
+            0 => Received::Frame(FRAMES.receive().await),
+            lost => Received::Lost(lost),
+        }
+    }
+}

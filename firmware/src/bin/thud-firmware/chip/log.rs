@@ -1,0 +1,58 @@
+//! The log that `probe-rs` shows: what happened, not how. Read from what the tasks share, so that nothing waits for a log.
+
+use defmt::{Debug2Format, info, warn};
+use defmt_rtt as _;
+use embassy_time::{Duration, Ticker};
+use thud_firmware::shared::Shared;
+
+const PERIOD: Duration = Duration::from_millis(100);
+
+/// Who started, and why.
+pub fn start<const N: usize>(shared: &Shared<N>) {
+    let identity = shared.identity;
+    info!(
+        "thud {=str} build {=str}, serial {=u32:08x}, started by {}",
+        env!("CARGO_PKG_VERSION"),
+        env!("THUD_BUILD"),
+        identity.serial,
+        Debug2Format(&identity.reset_cause),
+    );
+    let active = shared.active();
+    info!("configuration revision {=u32}, hash {=u32:08x}", active.revision, active.hash);
+}
+
+/// Tells events, losses and the state of bus and detector when they change; for ever.
+pub async fn run<const N: usize>(shared: &Shared<N>) -> ! {
+    let mut ticker = Ticker::every(PERIOD);
+    let mut next_event = 1;
+    let mut counters = shared.counters();
+    let mut settled = false;
+    loop {
+        ticker.next().await;
+        while let Some(event) = shared.event(next_event) {
+            info!(
+                "event {=u32}: impact {=u32}, peak {=f32} N ({=f32} N unfiltered), impulse {=f32} Ns, {}",
+                event.number,
+                event.impact,
+                event.peak.0,
+                event.raw_peak.0,
+                event.impulse.0,
+                Debug2Format(&event.severity.verdict),
+            );
+            next_event += 1;
+        }
+        let detector = shared.detector();
+        if detector.settled != settled {
+            settled = detector.settled;
+            info!(
+                "settled: {=bool}, noise {=f32} N, threshold {=f32} N",
+                settled, detector.noise.0, detector.threshold.0
+            );
+        }
+        let now = shared.counters();
+        if now != counters {
+            warn!("losses: {}", Debug2Format(&now));
+            counters = now;
+        }
+    }
+}

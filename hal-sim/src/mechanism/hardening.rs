@@ -1,0 +1,79 @@
+//! The pad stiffens as it is pressed together: the closer to solid rubber, the steeper.
+//!
+//! F = k·δ/(1 − δ/δ_l)^p; beyond 95 % of the locking depth δ_l the force goes on along its tangent, so that it is
+//! finite for any depth. On a rig without a pad it is the springs that harden.
+//!
+//! Source: locking-material law as used for foams and soft pads; δ_l 0.4 to 0.7 of the thickness.
+
+use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use crate::rig::{Assembly, Deformation, ForceLaw, Response};
+
+pub(super) static MECHANISM: Mechanism = Mechanism {
+    id: "hardening",
+    group: Group::Contact,
+    site: Site::Pad,
+    equation: "F = k·δ/(1 − δ/δ_l)^p",
+    source: "locking law; δ_l 0.4 to 0.7 of a pad of 7 to 21 mm",
+    parameters: &[
+        Parameter {
+            name: "exponent",
+            unit: "1",
+            meaning: "how steeply the pad locks",
+            null: Some(0.0),
+            range: (0.0, 5.0),
+            plausible: (0.05, 2.0),
+            typical: 1.0,
+            scale: Scale::Logarithmic,
+        },
+        Parameter {
+            name: "lock_m",
+            unit: "m",
+            meaning: "depth at which the pad would be solid",
+            null: None,
+            range: (5e-4, 0.1),
+            plausible: (0.0028, 0.015),
+            typical: 0.008,
+            scale: Scale::Logarithmic,
+        },
+    ],
+    signature: "a soft toe and a steep top; the fitted stiffness grows with the peak",
+    confused_with: &["end-stop", "rate-stiffening", "clearance"],
+    separated_by: "with and without the pad; no kink, unlike a stop",
+    enter,
+};
+
+fn enter(effect: &Effect, assembly: &mut Assembly) {
+    let stiffness_n_per_m = assembly.pad.as_ref().unwrap_or(&assembly.spring).stiffness_n_per_m;
+    assembly.contact_laws.push(Box::new(Locking {
+        stiffness_n_per_m,
+        exponent: effect.value(0),
+        lock_m: effect.value(1),
+    }));
+}
+
+/// Where the tangent takes over, as a part of the locking depth.
+const TANGENT_FROM: f64 = 0.95;
+
+#[derive(Debug)]
+struct Locking {
+    stiffness_n_per_m: f64,
+    exponent: f64,
+    lock_m: f64,
+}
+
+impl ForceLaw for Locking {
+    fn respond(&self, deformation: Deformation, _elastic: Response, _states: &[f64]) -> Response {
+        if deformation.depth_m <= 0.0 {
+            return Response::default();
+        }
+        let part = (deformation.depth_m / self.lock_m).min(TANGENT_FROM);
+        let steeper = (1.0 - part).powf(-self.exponent);
+        let slope = steeper - 1.0 + part * self.exponent * steeper / (1.0 - part);
+        let beyond_m = deformation.depth_m - part * self.lock_m;
+        Response {
+            force_n: self.stiffness_n_per_m * (part * self.lock_m * (steeper - 1.0) + slope * beyond_m),
+            stiffness_n_per_m: self.stiffness_n_per_m * slope,
+            ..Response::default()
+        }
+    }
+}

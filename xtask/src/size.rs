@@ -1,0 +1,154 @@
+//! `cargo xtask size`: what the firmware takes of the board's memory, beside what it may.
+//!
+//! ```text
+//! flash        = everything loaded: vectors, program, constants, initial values of .data
+//! static RAM   = .data, .bss, the capture buffer, what survives a reset
+//! stack        = the CCM, all of it (memory.x); its use is measured elsewhere
+//! ```
+
+use std::fs;
+use std::path::PathBuf;
+
+use object::elf::{FileHeader32, PT_LOAD, SHF_ALLOC, SHT_NOBITS};
+use object::read::elf::{ElfFile32, FileHeader as _, ProgramHeader as _, SectionHeader as _};
+use object::{Endianness, Object as _, ObjectSymbol as _};
+
+use crate::step;
+use crate::target::{TARGET, Toolchain};
+
+/// What the project grants itself; the chip has four times as much flash and a third more memory.
+const FLASH_BUDGET: u64 = 128 * 1024;
+const RAM_BUDGET: u64 = 96 * 1024;
+/// RM0440, 2.2: flash, SRAM1 with SRAM2.
+const FLASH: std::ops::Range<u64> = 0x0800_0000..0x0808_0000;
+const RAM: std::ops::Range<u64> = 0x2000_0000..0x2001_8000;
+/// Symbols that are listed.
+const LARGEST: usize = 12;
+
+/// Where the build for the board lies.
+pub fn firmware() -> PathBuf {
+    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| step::root().join("target"), PathBuf::from);
+    target.join(TARGET).join("board/thud-firmware")
+}
+
+/// Builds the firmware and shows its sizes.
+///
+/// # Errors
+/// When it does not build or is larger than the budget.
+pub fn run(toolchain: Toolchain) -> Result<(), String> {
+    let mut build = toolchain.cargo("build");
+    step::run("firmware", build.args(["--profile", "board", "--package", "thud-firmware", "--quiet"]))?;
+    let path = firmware();
+    let bytes = fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let sizes = Sizes::of(&bytes).map_err(|error| format!("{}: {error}", path.display()))?;
+    print!("{sizes}");
+    sizes.within_budget()
+}
+
+/// A section that takes memory.
+struct Section {
+    name: String,
+    address: u64,
+    flash: u64,
+    ram: u64,
+}
+
+/// What an ELF file takes.
+struct Sizes {
+    sections: Vec<Section>,
+    flash: u64,
+    ram: u64,
+    largest: Vec<(u64, String)>,
+}
+
+impl Sizes {
+    fn of(bytes: &[u8]) -> Result<Self, object::Error> {
+        let file = ElfFile32::<Endianness>::parse(bytes)?;
+        let endian = file.endian();
+        let table = file.elf_section_table();
+        let mut sections = Vec::new();
+        for header in table.iter() {
+            let size = u64::from(header.sh_size(endian));
+            if header.sh_flags(endian) & SHF_ALLOC == 0 || size == 0 {
+                continue;
+            }
+            let address = u64::from(header.sh_addr(endian));
+            let loaded = header.sh_type(endian) != SHT_NOBITS;
+            sections.push(Section {
+                name: String::from_utf8_lossy(table.section_name(endian, header)?).into_owned(),
+                address,
+                flash: if loaded { size } else { 0 },
+                ram: if RAM.contains(&address) { size } else { 0 },
+            });
+        }
+        sections.sort_by_key(|section| section.address);
+        // Not the sum of the sections: what lies between them takes flash too.
+        let flash = FileHeader32::<Endianness>::parse(bytes)?
+            .program_headers(endian, bytes)?
+            .iter()
+            .filter(|header| header.p_type(endian) == PT_LOAD && header.p_filesz(endian) > 0)
+            .map(|header| u64::from(header.p_paddr(endian)) + u64::from(header.p_filesz(endian)))
+            .filter(|end| FLASH.contains(end))
+            .max()
+            .map_or(0, |end| end - FLASH.start);
+        let ram = sections.iter().map(|section| section.ram).sum();
+        let mut largest: Vec<_> = file
+            .symbols()
+            .filter(|symbol| symbol.size() > 0 && symbol.is_definition())
+            .map(|symbol| (symbol.size(), symbol.name().unwrap_or("?").to_owned()))
+            .collect();
+        largest.sort_by(|a, b| b.cmp(a));
+        largest.truncate(LARGEST);
+        Ok(Self { sections, flash, ram, largest })
+    }
+
+    fn within_budget(&self) -> Result<(), String> {
+        let beyond = |what: &str, used: u64, budget: u64| {
+            (used > budget).then(|| format!("{what}: {used} bytes, {} more than the budget of {budget}", used - budget))
+        };
+        let beyond: Vec<_> = [beyond("flash", self.flash, FLASH_BUDGET), beyond("static RAM", self.ram, RAM_BUDGET)]
+            .into_iter()
+            .flatten()
+            .collect();
+        if beyond.is_empty() { Ok(()) } else { Err(beyond.join("; ")) }
+    }
+}
+
+impl std::fmt::Display for Sizes {
+    fn fmt(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        writeln!(to, "{:<16}{:>12}{:>10}{:>10}", "section", "address", "flash", "RAM")?;
+        for Section { name, address, flash, ram } in &self.sections {
+            writeln!(to, "{name:<16}{address:>#12x}{flash:>10}{ram:>10}")?;
+        }
+        writeln!(to, "{:<28}{:>10}{:>10}", "together", self.flash, self.ram)?;
+        writeln!(to, "{:<28}{FLASH_BUDGET:>10}{RAM_BUDGET:>10}", "budget")?;
+        let share = |used: u64, budget: u64| format!("{:.1} %", 100.0 * used as f64 / budget as f64);
+        writeln!(to, "{:<28}{:>10}{:>10}", "used", share(self.flash, FLASH_BUDGET), share(self.ram, RAM_BUDGET))?;
+        writeln!(to, "\nlargest symbols")?;
+        for (size, name) in &self.largest {
+            writeln!(to, "{size:>10}  {name}")?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn beyond_either_budget_is_a_failure_that_says_by_how_much() {
+        let sizes = |flash, ram| Sizes { sections: Vec::new(), flash, ram, largest: Vec::new() };
+        assert_eq!(sizes(FLASH_BUDGET, RAM_BUDGET).within_budget(), Ok(()));
+        let said = sizes(FLASH_BUDGET + 7, RAM_BUDGET + 1).within_budget().unwrap_err();
+        assert!(
+            said.contains("flash: 131079 bytes, 7 more") && said.contains("static RAM: 98305 bytes, 1 more"),
+            "{said}"
+        );
+    }
+
+    #[test]
+    fn what_is_no_elf_is_refused() {
+        assert!(Sizes::of(b"not an ELF file").is_err());
+    }
+}
