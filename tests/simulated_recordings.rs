@@ -36,7 +36,7 @@ fn succeeds(folder: &Path, arguments: &[&str]) -> String {
 /// What it says when it refuses, without the frame and the line breaks of the terminal.
 fn refuses(folder: &Path, arguments: &[&str]) -> String {
     let output = thud(folder, arguments);
-    assert!(!output.status.success(), "{arguments:?}");
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}");
     let words = String::from_utf8(output.stderr).unwrap();
     words.replace(['│', '×', '╭', '╰', '─'], " ").split_whitespace().collect::<Vec<_>>().join(" ")
 }
@@ -241,4 +241,118 @@ fn the_demonstration_runs_and_writes_its_page() {
     let again = json(&succeeds(&folder.0, &["demo", "--seed", "1", "--out", "again", "--json", "-"]));
     assert_eq!(outcome, again, "the same seed gives the same results");
     assert_eq!(std::fs::read_to_string(folder.0.join("again/demo.html")).unwrap(), page);
+}
+
+#[test]
+fn the_exit_status_says_who_was_at_fault() {
+    let folder = Folder::new("status");
+    // Unusable input, a value out of its range, an option that does not exist: all the same to a script.
+    refuses(&folder.0, &["replay", "absent.csv"]);
+    assert!(refuses(&folder.0, &["replay", "absent.csv", "--mass", "-3"]).contains("0.05 to 1000 kg"));
+    refuses(&folder.0, &["replay", "absent.csv", "--no-such-option"]);
+    assert!(succeeds(&folder.0, &["--help"]).contains("Exit status: 0"));
+}
+
+/// `thud … | head -1`: the reader has gone before the rest is written.
+#[cfg(unix)]
+#[test]
+fn a_reader_that_goes_away_is_no_fault() {
+    let folder = Folder::new("pipe");
+    for arguments in [&["demo"][..], &["demo", "--json", "-"], &["simulate", "--out", "made"]] {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_thud"))
+            .current_dir(&folder.0)
+            .args(arguments)
+            .stdout(std::process::Stdio::piped())
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .unwrap();
+        drop(child.stdout.take());
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+        assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+    assert!(folder.0.join("made/campaign.toml").is_file(), "what was made is there all the same");
+}
+
+/// A half sine of 150 N and 20 ms at `contact_s`, at 10 kHz, with a little deterministic noise.
+fn pulse_csv(from_s: f64, contact_s: f64, full_scale_n: f64) -> String {
+    let mut text = String::from("time_s,force_N\n");
+    for index in 0..6_000_u32 {
+        let time = from_s + f64::from(index) * 1e-4;
+        let since = time - contact_s;
+        let force =
+            if (0.0..0.02).contains(&since) { 150.0 * (since / 0.02 * std::f64::consts::PI).sin() } else { 0.0 };
+        let noise = 0.1 * f64::from(index.wrapping_mul(2_654_435_761) >> 24) / 128.0 - 0.1;
+        text.push_str(&format!("{time:.5},{:.4}\n", (force + noise).min(full_scale_n)));
+    }
+    text
+}
+
+#[test]
+fn a_recording_that_begins_within_a_pulse_has_that_one_and_no_other() {
+    let folder = Folder::new("begins");
+    for (name, from_s, known) in [("begun.csv", 0.008, false), ("whole.csv", 0.0, true)] {
+        std::fs::write(folder.0.join(name), pulse_csv(from_s, 0.0, 2e3)).unwrap();
+        let said = json(&succeeds(&folder.0, &["replay", name, "--region", "chest", "--mass", "6", "--json", "-"]));
+        let events = said["events"].as_array().unwrap();
+        assert_eq!(events.len(), 1, "{said}");
+        assert!((number(&events[0], "contact_s") - from_s).abs() < 1e-3, "{said}");
+        assert!((number(&events[0], "raw_peak_N") - 150.0).abs() < 1.0);
+        let truncated = events[0]["flags"].as_array().unwrap().contains(&"truncated".into());
+        assert_eq!((truncated, events[0]["verdict"] == "pass"), (!known, known), "{said}");
+    }
+}
+
+#[test]
+fn a_recording_that_its_own_chain_clipped_never_passes() {
+    let folder = Folder::new("clipped");
+    std::fs::write(folder.0.join("clipped.csv"), pulse_csv(-0.3, 0.0, 100.0)).unwrap();
+    let judged = ["--region", "chest", "--mass", "6", "--json", "-"];
+    let said = json(&succeeds(&folder.0, &[&["replay", "clipped.csv"][..], &judged].concat()));
+    assert_eq!(said["events"][0]["verdict"], "inconclusive");
+    assert!(said["events"][0]["flags"].as_array().unwrap().contains(&"clipped".into()), "{said}");
+    assert!(said["notes"].to_string().contains("stand at 100 N"), "{said}");
+
+    // A campaign states the full scale.
+    let full = ["--full-scale", "60", "--speeds", "0.3", "--masses", "6", "--repeats", "1", "--noise", "0.05"];
+    succeeds(&folder.0, &[&["simulate", "--out", "campaign"][..], &full].concat());
+    let said = json(&succeeds(&folder.0, &["replay", "campaign", "--region", "chest", "--json", "-"]));
+    assert_eq!(said["events"][0]["verdict"], "inconclusive", "{said}");
+    assert!(said["events"][0]["flags"].as_array().unwrap().contains(&"clipped".into()), "{said}");
+}
+
+#[test]
+fn a_fall_is_a_campaign_of_heights() {
+    let folder = Folder::new("fall");
+    let fall = ["simulate", "--kind", "fall", "--speeds", "0", "--masses", "0.06", "--repeats", "1", "--after", "1"];
+    let rest = ["--sample-rate", "1000", "--height-noise", "0", "--mass-error", "0"];
+    succeeds(&folder.0, &[&fall[..], &rest, &["--out", "vacuum"]].concat());
+    succeeds(&folder.0, &[&fall[..], &rest, &["--mechanism", "air-drag", "--out", "air"]].concat());
+    let height = |campaign: &str, index: usize| -> f64 {
+        let loaded = thud::campaign::load(&folder.0.join(campaign)).unwrap();
+        assert_eq!(loaded.campaign.rig.kind, thud::campaign::RigKind::Fall);
+        loaded.recordings[0].channel("height_m").unwrap()[index]
+    };
+    // From rest: s = g·t²/2, and less in air.
+    assert!((height("vacuum", 0) - height("vacuum", 500) - 0.5 * 9.806_65 * 0.25).abs() < 2e-6);
+    assert!(height("air", 999) > height("vacuum", 999) + 1e-3);
+    assert!(refuses(&folder.0, &["replay", "vacuum"]).contains("height_m"));
+}
+
+#[test]
+fn a_drop_bounces_and_states_its_moving_piece() {
+    let folder = Folder::new("drop");
+    let drop = ["simulate", "--kind", "drop", "--pad", "region", "--mechanism", "moving-piece-inertia:mass_kg=0.1"];
+    let rest = ["--masses", "5", "--speeds", "0.5", "--repeats", "1", "--after", "0.4", "--truth", "truth.json"];
+    succeeds(&folder.0, &[&drop[..], &rest, &["--out", "drop"]].concat());
+    let campaign = thud::campaign::load(&folder.0.join("drop")).unwrap().campaign;
+    assert_eq!(campaign.rig.gravity_along_impact_m_per_s2, 9.806_65);
+    assert_eq!(campaign.rig.moving_mass_kg.unwrap().value, 0.1);
+    let truth = json(&std::fs::read_to_string(folder.0.join("truth.json")).unwrap());
+    let truth = &truth["campaigns"][0]["recordings"][0]["contacts"];
+    let said = json(&succeeds(&folder.0, &["replay", "drop", "--region", "chest", "--json", "-"]));
+    let events = said["events"].as_array().unwrap();
+    assert_eq!(events.len(), truth.as_array().unwrap().len(), "{said}");
+    assert!((number(&events[0], "raw_peak_N") / number(&truth[0], "peak_N") - 1.0).abs() < 0.005, "{said} {truth}");
+    assert!((number(&events[0], "impulse_Ns") / number(&truth[0], "impulse_Ns") - 1.0).abs() < 0.01, "{said} {truth}");
 }

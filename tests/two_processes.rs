@@ -54,7 +54,7 @@ impl Lab {
     /// Runs a command that must fail and gives what it said, in one line.
     fn failure(&self, arguments: &[&str]) -> String {
         let output = self.run(arguments);
-        assert!(!output.status.success(), "{arguments:?} succeeded");
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
         let said = String::from_utf8_lossy(&output.stderr).replace('│', " ");
         said.split_whitespace().collect::<Vec<_>>().join(" ")
     }
@@ -140,7 +140,7 @@ fn configuring_shows_old_and_new_and_a_refusal_changes_nothing() {
     assert!(said.contains("nothing was changed"), "{said}");
     // Possible by itself, but not with the filter: found when all is applied.
     let said = lab.failure(&["configure", "--contact", "clamped", "--filter", "cfc-180", "--sample-rate", "2000"]);
-    assert!(said.contains("sample rate") && said.contains("contradicts the other settings"), "{said}");
+    assert!(said.contains("sample rate") && said.contains("ten times the filter's corner"), "{said}");
     let unchanged = lab.json(&["configure"]);
     assert_eq!(unchanged, before);
 
@@ -337,4 +337,40 @@ fn a_network_without_multicast_is_said_with_the_remedy() {
     let remedied = inside("ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo &&").unwrap();
     let said = String::from_utf8(remedied.stderr).unwrap();
     assert!(said.contains("no sensor answers"), "{said}");
+}
+
+#[test]
+fn a_rig_may_have_mechanisms_and_scatter_and_events_stand_beside_their_limit() {
+    let lab = Lab::new(43_521);
+    let rig = ["--pad", "80000", "--mechanism", "hunt-crossley-damping", "--scatter", "0.05", "--hit-every", "0.9"];
+    let sensor = lab.sensor(&[&["--region", "chest", "--mass", "6", "--quiet"][..], &rig].concat());
+    let said = lab.json(&["monitor", "--count", "3"]);
+    let events = said["events"].as_array().unwrap();
+    let peaks: Vec<f64> = events.iter().map(|event| number(&event["raw_peak_N"])).collect();
+    assert!(peaks.windows(2).all(|pair| (pair[0] - pair[1]).abs() > 0.15), "{peaks:?}");
+    assert!(events.iter().all(|event| event["transient_limit_N"] == 280.0 && event["quasi_static_limit_N"] == 140.0));
+    // The limit is that of the configuration in force: skull and face permit none.
+    lab.json(&["configure", "--region", "face"]);
+    let said = lab.json(&["monitor", "--count", "1"]);
+    assert_eq!(said["events"][0]["transient_limit_N"], Value::Null);
+    assert_eq!(said["events"][0]["verdict"], "fail");
+    drop(sensor);
+    let said = lab.failure(&["sensor", "--mechanism", "guide-friktion"]);
+    assert!(said.contains("guide-friktion"), "{said}");
+}
+
+#[test]
+fn a_refusal_names_the_abort_code_and_what_contradicts() {
+    let lab = Lab::new(43_522);
+    let _sensor = lab.sensor(&["--region", "chest", "--mass", "6.1"]);
+    let before = lab.json(&["configure"]);
+    let said = lab.failure(&["configure", "--mass", "4000", "--region", "hand"]);
+    assert!(said.contains("0.05 to 1000 kg is permitted") && said.contains("SDO abort 06090031h"), "{said}");
+    for settings in [["--bias-low", "20"], ["--clip-low", "40000"]] {
+        let said = lab.failure(&[&["configure"][..], &settings].concat());
+        assert!(said.contains("clip low < zero code < clip high, and bias low < bias high"), "{said}");
+    }
+    let said = lab.failure(&["configure", "--time-constant", "-4"]);
+    assert!(said.contains("0.01 to"), "{said}");
+    assert_eq!(lab.json(&["configure"]), before);
 }

@@ -51,6 +51,9 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// All kinds.
+    pub const ALL: [Self; 3] = [Self::Impact, Self::Drop, Self::Fall];
+
     /// The name that files use.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -64,7 +67,16 @@ impl Kind {
     /// The kind with this name, if there is one.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
-        [Self::Impact, Self::Drop, Self::Fall].into_iter().find(|kind| kind.name() == name)
+        Self::ALL.into_iter().find(|kind| kind.name() == name)
+    }
+
+    /// Gravity where none is stated, m/s²: none along a robot's impact, standard gravity in a drop and a fall.
+    #[must_use]
+    pub const fn default_gravity_m_per_s2(self) -> f64 {
+        match self {
+            Self::Impact => 0.0,
+            Self::Drop | Self::Fall => STANDARD_GRAVITY_M_PER_S2,
+        }
     }
 }
 

@@ -20,6 +20,9 @@ pub use folder::{FILE_NAME, Loaded, load};
 pub(crate) use read::{RigCheck, RigTable};
 pub(crate) use write::{number_toml, push_rig, string_toml};
 
+/// What happens in the campaign's recordings.
+pub use thud_sim::rig::Kind as RigKind;
+
 use crate::recording;
 
 #[cfg(test)]
@@ -27,9 +30,6 @@ mod tests;
 
 /// What the `format` key says.
 pub const FORMAT: &str = "thud-campaign/1";
-
-/// Standard gravity, m/s²; what acts in a drop or a fall that does not state it.
-pub const STANDARD_GRAVITY_M_PER_S2: f64 = 9.806_65;
 
 /// Relative repeatability of the springs where the campaign does not state it.
 pub const SPRING_REPEATABILITY: f64 = 0.002;
@@ -48,41 +48,6 @@ impl Estimate {
     #[must_use]
     pub const fn new(value: f64, sd: f64) -> Self {
         Self { value, sd }
-    }
-}
-
-/// What happens in the campaign's recordings.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RigKind {
-    /// A robot runs into the fixed rig.
-    Impact,
-    /// A mass falls on it; gravity acts.
-    Drop,
-    /// Free flight, no rig.
-    Fall,
-}
-
-impl RigKind {
-    /// All kinds.
-    pub const ALL: [Self; 3] = [Self::Impact, Self::Drop, Self::Fall];
-
-    /// The word that files use.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Impact => "impact",
-            Self::Drop => "drop",
-            Self::Fall => "fall",
-        }
-    }
-
-    /// Gravity where none is stated, m/s²: none along a robot's impact, standard gravity in a drop and a fall.
-    #[must_use]
-    pub const fn default_gravity_m_per_s2(self) -> f64 {
-        match self {
-            Self::Impact => 0.0,
-            Self::Drop | Self::Fall => STANDARD_GRAVITY_M_PER_S2,
-        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! The commands, one file each.
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 mod configure;
 mod demo;
@@ -17,7 +17,12 @@ mod status;
 /// Start with `thud demo`: a simulated robot hits the simulated rig, and the sensor's own firmware says how hard
 /// it was and whether a person would have borne it.
 #[derive(Parser, Debug)]
-#[command(version, about, propagate_version = true)]
+#[command(
+    version,
+    about,
+    propagate_version = true,
+    after_help = "Exit status: 0 it ran, whatever the verdict; 2 unusable input, a refusal, or no answer; 1 a fault of thud itself."
+)]
 pub struct Thud {
     #[command(subcommand)]
     command: Command,
@@ -37,6 +42,15 @@ enum Command {
 }
 
 impl Thud {
+    /// Reads the command line; ends the program with a usage message, and status 2, when it cannot be read.
+    #[must_use]
+    pub fn from_arguments() -> Self {
+        // A negative number is a value, to be judged with its range, not an unknown option.
+        let command = Self::command().mut_subcommands(|command| command.allow_negative_numbers(true));
+        let matches = command.get_matches();
+        Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+    }
+
     /// Runs the chosen command.
     ///
     /// # Errors

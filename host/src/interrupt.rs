@@ -21,7 +21,12 @@ pub fn catch() {
     });
 }
 
-/// Whether Ctrl-C was pressed.
+/// Ends a command as Ctrl-C does.
+pub fn ask() {
+    ASKED.store(true, Ordering::SeqCst);
+}
+
+/// Whether Ctrl-C was pressed, or something else asked for the end.
 #[must_use]
 pub fn asked() -> bool {
     ASKED.load(Ordering::SeqCst)

@@ -1,10 +1,11 @@
 //! Results as JSON: `--json FILE`, with `-` for standard output.
 
-use std::io::Write as _;
 use std::path::PathBuf;
 
 use miette::{IntoDiagnostic as _, WrapErr as _};
 use serde::Serialize;
+
+use crate::standard_output;
 
 /// The option that every command with results takes.
 #[derive(clap::Args, Debug, Clone, Default)]
@@ -30,7 +31,7 @@ impl JsonOption {
         let mut text = serde_json::to_string_pretty(results).into_diagnostic()?;
         text.push('\n');
         if self.owns_stdout() {
-            std::io::stdout().write_all(text.as_bytes()).into_diagnostic()
+            standard_output::write(text.as_bytes()).into_diagnostic()
         } else {
             std::fs::write(path, text)
                 .into_diagnostic()

@@ -25,4 +25,5 @@ pub mod report;
 pub mod settings;
 pub mod simulated_sensor;
 pub mod simulation;
+pub mod standard_output;
 pub mod table;

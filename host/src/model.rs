@@ -25,9 +25,8 @@ mod write;
 pub use read::read;
 
 use thud_sim::mechanism::{Effect, MechanismError};
-use thud_sim::rig::Kind;
 
-use crate::campaign::{Rig, RigKind};
+use crate::campaign::Rig;
 
 /// What the `format` key says.
 pub const FORMAT: &str = "thud-model/1";
@@ -81,13 +80,8 @@ impl Model {
 /// The rig as the simulation takes it, every value as believed.
 #[must_use]
 pub fn simulated(rig: &Rig) -> thud_sim::rig::Rig {
-    let kind = match rig.kind {
-        RigKind::Impact => Kind::Impact,
-        RigKind::Drop => Kind::Drop,
-        RigKind::Fall => Kind::Fall,
-    };
     thud_sim::rig::Rig {
-        kind,
+        kind: rig.kind,
         // A fall meets no spring; the simulation asks for one all the same.
         body_stiffness_n_per_m: rig.body_stiffness_n_per_m.map_or(1.0, |stiffness| stiffness.value),
         pad_stiffness_n_per_m: rig.pad_stiffness_n_per_m.map(|stiffness| stiffness.value),

@@ -90,6 +90,9 @@ fn contact_from(word: &str) -> ContactKind {
     if word == contact_word(ContactKind::Clamped) { ContactKind::Clamped } else { ContactKind::Free }
 }
 
+/// What the codes and the bias of a chain must fulfil.
+pub const CHAIN_RANGE: &str = "clip low < zero code < clip high, and bias low < bias high, must hold";
+
 /// Which setting is wrong, and what it may be.
 #[must_use]
 pub fn explain_invalid(invalid: Invalid) -> String {
@@ -107,6 +110,7 @@ pub fn explain_invalid(invalid: Invalid) -> String {
         Invalid::Contradiction(Setting::SampleRate) => {
             "the sample rate must be at least ten times the corner of the filter: choose a higher rate or a lower filter".to_owned()
         }
+        Invalid::Contradiction(Setting::ChainRange) => CHAIN_RANGE.to_owned(),
         Invalid::Contradiction(setting) => {
             format!("{} contradicts the other settings", setting_name(setting).0)
         }

@@ -73,6 +73,8 @@ pub struct Plan {
     pub after_s: f64,
     /// Also write the stroke of the body springs, with this noise, m rms.
     pub displacement_noise_m: Option<f64>,
+    /// Noise of the height that is recorded of a fall, m rms.
+    pub height_noise_m: f64,
     /// Starts the random numbers.
     pub seed: u64,
 }

@@ -19,6 +19,7 @@ use thud_firmware::units::{Hertz, Kilogram, Newton, NewtonPerMetre, Second, Volt
 
 use super::sdo::{Sdo, SdoError};
 use super::{Client, ClientError};
+use crate::settings::CHAIN_RANGE;
 
 /// A setting's value as its object holds it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -372,7 +373,10 @@ impl Client {
         match result {
             Ok(()) => Ok(()),
             Err(error @ SdoError::Aborted { .. }) => {
-                let sentence = self.refusal(node, written).unwrap_or_else(|| error.to_string());
+                let sentence = match self.refusal(node, written) {
+                    Some(sentence) => format!("{sentence}, SDO abort {:08X}h)", error.abort_code().unwrap_or_default()),
+                    None => error.to_string(),
+                };
                 Err(ClientError::Refused { sentence })
             }
             Err(other) => Err(other.into()),
@@ -398,7 +402,7 @@ impl Client {
     }
 }
 
-/// The sensor's refusal in words.
+/// The sensor's refusal in words, up to where the abort code belongs.
 fn refusal_sentence(node: u8, item: &Item, reason: u8, lowest: f32, highest: f32, offered: f32) -> String {
     let permitted = if lowest.is_finite() && highest.is_finite() && lowest <= highest && highest > 0.0 {
         let zero = if item.is_mass() { "0 (unknown) or " } else { "" };
@@ -410,11 +414,18 @@ fn refusal_sentence(node: u8, item: &Item, reason: u8, lowest: f32, highest: f32
     let name = item.name;
     let object = format!("object 0x{:04X}:{}, node {node}", item.index, item.sub);
     match reason {
-        1 => format!("{name} {offered} is too low: {permitted} ({object})"),
-        2 => format!("{name} {offered} is too high: {permitted} ({object})"),
-        3 => format!("{name} {offered} does not exist: {permitted} ({object})"),
-        4 => format!("{name} {offered} contradicts the other settings ({object})"),
-        other => format!("{name} {offered} is refused for reason {other}: {permitted} ({object})"),
+        1 => format!("{name} {offered} is too low: {permitted} ({object}"),
+        2 => format!("{name} {offered} is too high: {permitted} ({object}"),
+        3 => format!("{name} {offered} does not exist: {permitted} ({object}"),
+        // The codes and the bias are one setting to the sensor: it names the first of them.
+        4 if item.index == index::CHAIN && item.sub != 1 => {
+            format!("the settings of the chain contradict each other: {CHAIN_RANGE} ({object}")
+        }
+        4 if item.index == index::CHAIN => format!(
+            "sample rate {offered} is too low for the filter: at least ten times the filter's corner is needed ({object}"
+        ),
+        4 => format!("{name} {offered} contradicts the other settings ({object}"),
+        other => format!("{name} {offered} is refused for reason {other}: {permitted} ({object}"),
     }
 }
 
@@ -482,7 +493,7 @@ mod tests {
         let sentence = refusal_sentence(32, item("body stiffness"), 1, 1e3, 1e6, 5.0);
         assert_eq!(
             sentence,
-            "body stiffness 5 N/m is too low: 1000 to 1000000 N/m is permitted (object 0x2000:4, node 32)"
+            "body stiffness 5 N/m is too low: 1000 to 1000000 N/m is permitted (object 0x2000:4, node 32"
         );
         let sentence = refusal_sentence(32, item("effective mass"), 2, 0.05, 1e3, 2e3);
         assert!(sentence.contains("0 (unknown) or 0.05 to 1000 kg is permitted"), "{sentence}");

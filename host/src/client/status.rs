@@ -28,6 +28,7 @@ pub struct Status {
     /// Revision of the active configuration.
     pub configuration_revision: u32,
     /// Its hash.
+    #[serde(serialize_with = "hexadecimal")]
     pub configuration_hash: u32,
     /// `stored`, `default` (none stored yet) or `unreadable` (defaults in use).
     pub stored_configuration: &'static str,
@@ -99,6 +100,12 @@ pub fn nmt_state(number: u8) -> &'static str {
         127 => "pre-operational",
         _ => "unknown",
     }
+}
+
+/// A hash as it is shown everywhere: eight hexadecimal digits.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
+fn hexadecimal<S: serde::Serializer>(hash: &u32, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(&format_args!("{hash:08x}"))
 }
 
 impl Client {

@@ -136,7 +136,8 @@ struct Answer {
     node: u8,
     serial: u32,
     revision: u32,
-    hash: u32,
+    /// As it is shown everywhere: eight hexadecimal digits.
+    hash: String,
     stored: bool,
     changes: Vec<Change>,
     configuration: Vec<Setting>,
@@ -177,7 +178,7 @@ impl Configure {
             node,
             serial: sensor.serial,
             revision: done.after.revision,
-            hash: done.after.hash,
+            hash: format!("{:08x}", done.after.hash),
             stored: done.stored,
             changes: done.changes.clone(),
             configuration: ITEMS
@@ -189,10 +190,10 @@ impl Configure {
         if !self.json.owns_stdout() {
             print(&answer, &done, wanted.is_empty());
             if self.on_bus.set_time {
-                println!("  The time was sent to all sensors on the bus.");
+                crate::say!("  The time was sent to all sensors on the bus.");
             }
             if let Some(node) = came_back {
-                println!("  The sensor was reset and answers as node {node}.");
+                crate::say!("  The sensor was reset and answers as node {node}.");
             }
         }
         Ok(())
@@ -248,7 +249,7 @@ fn reset(client: &mut Client, node: u8, next: u8) -> Result<u8, ClientError> {
 
 fn print(answer: &Answer, done: &Configured, show_all: bool) {
     if done.discarded_foreign {
-        println!("  Somebody had written settings and not applied them; they were discarded.");
+        crate::say!("  Somebody had written settings and not applied them; they were discarded.");
     }
     let Active { revision, hash, .. } = done.after;
     if show_all {
@@ -256,25 +257,27 @@ fn print(answer: &Answer, done: &Configured, show_all: bool) {
         for setting in &answer.configuration {
             table.row([setting.setting.to_owned(), setting.value.clone()]);
         }
-        print!("{table}");
-        println!("  Node {}, serial {}: revision {revision}, hash {hash:08x}.", answer.node, answer.serial);
+        crate::standard_output::say(format_args!("{table}"));
+        crate::say!("  Node {}, serial {}: revision {revision}, hash {hash:08x}.", answer.node, answer.serial);
         return;
     }
     if answer.changes.is_empty() {
-        println!("  Nothing to change: node {} already has this configuration (revision {revision}).", answer.node);
+        crate::say!("  Nothing to change: node {} already has this configuration (revision {revision}).", answer.node);
         return;
     }
     let mut table = Table::new(&[("setting", Side::Left), ("old", Side::Left), ("", Side::Left), ("new", Side::Left)]);
     for change in &answer.changes {
         table.row([change.setting.to_owned(), change.old.clone(), "→".to_owned(), change.new.clone()]);
     }
-    print!("{table}");
+    crate::standard_output::say(format_args!("{table}"));
     let kept = if done.stored { "kept in flash" } else { "NOT YET in flash: an impact is open or storing failed" };
-    println!(
+    crate::say!(
         "  Node {}, serial {}: revision {} → {revision}, hash {hash:08x}, {kept}.",
-        answer.node, answer.serial, done.before.revision
+        answer.node,
+        answer.serial,
+        done.before.revision
     );
     if answer.changes.iter().any(|change| change.setting == "node id") {
-        println!("  The new node id takes effect at the next reset (--reset).");
+        crate::say!("  The new node id takes effect at the next reset (--reset).");
     }
 }

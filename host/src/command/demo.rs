@@ -44,7 +44,7 @@ impl Demo {
         }
         let scenario = Scenario::from_seed(self.seed).into_diagnostic()?;
         if !quiet {
-            println!(
+            crate::say!(
                 "A simulated robot of {:.2} kg runs into a rig for the {} ({:.0} N/mm), three times.\n",
                 scenario.true_mass_kg,
                 words::region_name(scenario.region),
@@ -66,16 +66,17 @@ impl Demo {
         }
         self.json.write(&outcome)?;
         if !quiet {
-            print!("{}", table(&outcome));
-            println!();
+            crate::say!("{}", table(&outcome));
             for (index, blow) in demonstrated.blows.iter().enumerate() {
-                println!("  Blow {}: {}", index + 1, words::explain_verdict(&blow.events[0]));
+                crate::say!("  Blow {}: {}", index + 1, words::explain_verdict(&blow.events[0]));
             }
-            println!(
+            crate::say!(
                 "\n  {} frames came over the simulated CAN bus, {} were lost; {:.1} s of virtual time.",
-                outcome.frames_received, outcome.frames_lost, outcome.virtual_s
+                outcome.frames_received,
+                outcome.frames_lost,
+                outcome.virtual_s
             );
-            println!("  The page with the force curves is {}; open it in a browser.", page_path.display());
+            crate::say!("  The page with the force curves is {}; open it in a browser.", page_path.display());
         }
         Ok(())
     }

@@ -82,7 +82,7 @@ impl Hit {
         self.json.write(&answer)?;
         if !self.json.owns_stdout() {
             for hit in &answer.hits {
-                println!("Node {} is hit: {:.1} N truly reach its cell.", hit.node, hit.peak_n);
+                crate::say!("Node {} is hit: {:.1} N truly reach its cell.", hit.node, hit.peak_n);
             }
         }
         Ok(())

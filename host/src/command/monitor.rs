@@ -1,13 +1,17 @@
 //! `thud monitor`: the events of all sensors as they happen.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use serde::Serialize;
+use thud_firmware::dictionary::index;
+use thud_firmware::limits::TransientLimit;
 
 use crate::bus::Counters;
 use crate::bus::option::BusOption;
 use crate::client::Client;
 use crate::client::find::Sensor;
+use crate::client::settings::Active;
 use crate::client::watch::{Happening, SeenEvent, Source, Watch};
 use crate::client::words::{searching, traffic};
 use crate::interrupt;
@@ -17,7 +21,8 @@ use crate::json::JsonOption;
 ///
 /// Alarms, events with their verdicts, faults in words, and losses, of all sensors in one table, until Ctrl-C, --count
 /// or --duration. An event whose frames got lost is read from the sensor's log; one that is no longer there is
-/// reported as lost. Times are the sensor's own, in seconds since its power-up.
+/// reported as lost. Times are the sensor's own, in seconds since its power-up. The limit beside the scaled force is
+/// that of the configuration in force: `none` where no contact is permitted at all, `-` without a region.
 #[derive(clap::Args, Debug)]
 #[command(after_long_help = "Examples:\n  thud monitor\n  thud monitor --count 3 --json events.json")]
 pub struct Monitor {
@@ -42,12 +47,53 @@ pub struct Monitor {
 #[derive(Serialize)]
 struct Answer {
     sensors: Vec<Sensor>,
-    events: Vec<SeenEvent>,
+    events: Vec<Judged>,
     /// Events that can no longer be read.
     lost: u64,
     /// Everything else that happened, in order.
     other: Vec<Happening>,
     frames: Counters,
+}
+
+/// An event beside the limits of the configuration that is in force.
+#[derive(Serialize)]
+#[expect(non_snake_case, reason = "the keys carry their units")]
+struct Judged {
+    #[serde(flatten)]
+    event: SeenEvent,
+    /// Limit of the scaled force; `null` without a region, and where no contact is permitted.
+    transient_limit_N: Option<f32>,
+    /// Limit of the quasi-static force; `null` without a region.
+    quasi_static_limit_N: Option<f32>,
+}
+
+/// Configurations of the sensors, read again when their revision changes: event frames have no room for limits.
+#[derive(Default)]
+struct Limits(BTreeMap<u8, Active>);
+
+impl Limits {
+    /// The event with its limits; without them where the sensor does not answer.
+    fn judged(&mut self, client: &mut Client, event: SeenEvent) -> Judged {
+        let (mut transient, mut quasi_static) = (None, None);
+        if let Some(configuration) = self.of(client, event.node).map(|active| active.configuration)
+            && let Some(region) = configuration.region
+        {
+            let limits = configuration.limits.limits(region);
+            quasi_static = Some(limits.quasi_static.0);
+            if let TransientLimit::UpTo(limit) = limits.transient {
+                transient = Some(limit.0);
+            }
+        }
+        Judged { event, transient_limit_N: transient, quasi_static_limit_N: quasi_static }
+    }
+
+    fn of(&mut self, client: &mut Client, node: u8) -> Option<&Active> {
+        let revision: u32 = client.sdo(node).read(index::TRANSACTION, 3).ok()?;
+        if self.0.get(&node).is_none_or(|active| active.revision != revision) {
+            self.0.insert(node, client.read_configuration(node).ok()?);
+        }
+        self.0.get(&node)
+    }
 }
 
 impl Monitor {
@@ -63,24 +109,31 @@ impl Monitor {
         let quiet = self.json.owns_stdout();
         if !quiet {
             for sensor in watch.sensors() {
-                println!("Following node {}, serial {}. Ctrl-C ends.", sensor.node, sensor.serial);
+                crate::say!("Following node {}, serial {}. Ctrl-C ends.", sensor.node, sensor.serial);
             }
-            println!("{HEADING}");
+            crate::say!("{HEADING}");
         }
         let mut answer =
             Answer { sensors: vec![], events: vec![], lost: 0, other: vec![], frames: Counters::default() };
+        let mut limits = Limits::default();
         let until = duration.map(|duration| client.line().now() + duration);
         while !interrupt::asked()
             && until.is_none_or(|until| client.line().now() < until)
             && self.count.is_none_or(|count| (answer.events.len() as u64) < count)
         {
             for happening in watch.next(&mut client, Duration::from_millis(50))? {
-                if !quiet {
-                    println!("{}", line(&happening));
-                }
                 match happening {
-                    Happening::Event(event) => answer.events.push(*event),
+                    Happening::Event(event) => {
+                        let judged = limits.judged(&mut client, *event);
+                        if !quiet {
+                            crate::say!("{}", event_line(&judged));
+                        }
+                        answer.events.push(judged);
+                    }
                     other => {
+                        if !quiet {
+                            crate::say!("{}", line(&other));
+                        }
                         if let Happening::Lost { numbers, .. } = &other {
                             answer.lost += numbers.len() as u64;
                         }
@@ -93,21 +146,22 @@ impl Monitor {
         answer.frames = client.counters();
         self.json.write(&answer)?;
         if !quiet {
-            let from_log = answer.events.iter().filter(|event| event.source == Source::Log).count();
-            println!("{} events, {from_log} of them from the log, {} lost.", answer.events.len(), answer.lost);
-            println!("{}", traffic(&client.line().describe(), &answer.frames));
+            let from_log = answer.events.iter().filter(|judged| judged.event.source == Source::Log).count();
+            crate::say!("{} events, {from_log} of them from the log, {} lost.", answer.events.len(), answer.lost);
+            crate::say!("{}", traffic(&client.line().describe(), &answer.frames));
         }
         Ok(())
     }
 }
 
 const HEADING: &str =
-    "node       at s  contact        peak N     raw N  scaled N  impulse Ns      ms  verdict       flags";
+    "node       at s  contact        peak N     raw N  scaled N   limit N  impulse Ns      ms  verdict       flags";
 
 /// One line of the table, or a sentence.
 fn line(happening: &Happening) -> String {
     match happening {
-        Happening::Event(event) => event_line(event),
+        // Events have a line of their own, with their limits.
+        Happening::Event(event) => format!("{:>4}             event {}", event.node, event.number),
         Happening::Alarm { node, noticed_s, force_n, .. } => {
             format!("{node:>4} {noticed_s:>10.4}  alarm: contact began, {force_n:.1} N so far")
         }
@@ -130,7 +184,13 @@ fn line(happening: &Happening) -> String {
     }
 }
 
-fn event_line(event: &SeenEvent) -> String {
+fn event_line(judged: &Judged) -> String {
+    let event = &judged.event;
+    let limit = match (judged.transient_limit_N, judged.quasi_static_limit_N) {
+        (Some(limit), _) => format!("{limit:.0}"),
+        (None, Some(_)) => "none".to_owned(),
+        (None, None) => "-".to_owned(),
+    };
     let contact = if event.contact == 0 { "blow".to_owned() } else { format!("rebound {}", event.contact) };
     let mut flags: Vec<&str> = event.flags.names().collect();
     if !event.saturated.is_empty() {
@@ -140,7 +200,7 @@ fn event_line(event: &SeenEvent) -> String {
         flags.push("(from the log)");
     }
     format!(
-        "{:>4} {:>10.4}  {contact:<12} {:>8.1}  {:>8.1}  {:>8.1}  {:>10.3}  {:>6.1}  {:<12}  {}",
+        "{:>4} {:>10.4}  {contact:<12} {:>8.1}  {:>8.1}  {:>8.1}  {limit:>8}  {:>10.3}  {:>6.1}  {:<12}  {}",
         event.node,
         event.contact_s,
         event.peak_n,

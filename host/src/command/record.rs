@@ -219,7 +219,7 @@ impl<'a> Session<'a> {
 
     fn say(&self, words: &str) {
         if !self.record.json.owns_stdout() {
-            println!("{words}");
+            crate::say!("{words}");
         }
     }
 

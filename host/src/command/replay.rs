@@ -13,7 +13,7 @@ use crate::json::JsonOption;
 use crate::recording;
 use crate::replay::{Outcome, Replayed, replay};
 use crate::report::{self, words};
-use crate::settings::JudgeOptions;
+use crate::settings::{JudgeOptions, explain_invalid};
 use crate::table::{Side, Table};
 
 /// Push recordings through the sensor's firmware and show its events
@@ -22,8 +22,8 @@ use crate::table::{Side, Table};
 /// brought to the ADC's rate, made into counts by the reference chain, and pushed through the firmware's own logic.
 /// Times are the recording's own.
 ///
-/// A campaign's folder stands for all its recordings, each judged with the effective mass and the body stiffness that
-/// the campaign states for it, unless --mass or --stiffness is given.
+/// A campaign's folder stands for all its recordings, each judged with the effective mass, the body stiffness and the
+/// full scale that the campaign states for it, unless --mass, --stiffness or --full-scale is given.
 #[derive(clap::Args, Debug)]
 pub struct Replay {
     /// Recordings, or folders of campaigns
@@ -71,7 +71,7 @@ impl Replay {
                 .into_diagnostic()
                 .wrap_err_with(|| format!("cannot write {}", path.display()))?;
             if !self.json.owns_stdout() {
-                println!("The page is in {}.", path.display());
+                crate::say!("The page is in {}.", path.display());
             }
         }
         Ok(())
@@ -97,6 +97,12 @@ impl Replay {
             if let (None, Some(stiffness)) = (self.judge.stiffness, loaded.campaign.rig.body_stiffness_n_per_m) {
                 configuration.body_stiffness = NewtonPerMetre(stiffness.value as f32);
             }
+            if self.judge.full_scale.is_none() {
+                // What reached full scale was clipped, whatever the reference chain could have measured.
+                let codes = configuration.chain.clip_high - configuration.chain.zero_code;
+                configuration.chain.newton_per_code = (loaded.campaign.chain.full_scale / f64::from(codes)) as f32;
+                configuration.validate().map_err(|invalid| miette::miette!("{}", explain_invalid(invalid)))?;
+            }
             let replayed = replay(&name, recording, &configuration, self.sample_rate)?;
             all.push((name, replayed));
         }
@@ -107,12 +113,12 @@ impl Replay {
 fn print_one(name: &str, replayed: &Replayed) {
     let mut outcome = Outcome::default();
     outcome.add(replayed, None);
-    println!("{name}");
+    crate::say!("{name}");
     for note in &outcome.notes {
-        println!("  note: {note}");
+        crate::say!("  note: {note}");
     }
     if outcome.events.is_empty() {
-        println!("  No contact was found.\n");
+        crate::say!("  No contact was found.\n");
         return;
     }
     let mut table = Table::new(&[
@@ -143,13 +149,13 @@ fn print_one(name: &str, replayed: &Replayed) {
             event.flags.join(" "),
         ]);
     }
-    print!("{table}");
+    crate::standard_output::say(format_args!("{table}"));
     if outcome.lost > 0 {
-        println!("  {} samples of the recording are missing.", outcome.lost);
+        crate::say!("  {} samples of the recording are missing.", outcome.lost);
     }
     let flags = replayed.events().fold(Flags::empty(), |all, event| all | event.flags);
     for (flag, meaning) in words::explain_flags(flags) {
-        println!("  {flag}: {meaning}");
+        crate::say!("  {flag}: {meaning}");
     }
-    println!();
+    crate::say!();
 }

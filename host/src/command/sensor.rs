@@ -1,12 +1,14 @@
 //! `thud sensor`: a simulated sensor that lives in real time on a bus.
 
 use std::io::BufRead as _;
+use std::str::FromStr as _;
 use std::sync::mpsc;
 use std::time::Duration;
 
 use miette::IntoDiagnostic as _;
 use serde::Serialize;
 use thud_sim::chain::ChainSettings;
+use thud_sim::mechanism::Effect;
 use thud_sim::rig::{Approach, Rig};
 
 use crate::bus::Counters;
@@ -15,6 +17,7 @@ use crate::client::words::traffic;
 use crate::decimal::decimal;
 use crate::interrupt;
 use crate::json::JsonOption;
+use crate::model::MechanismRefused;
 use crate::settings::JudgeOptions;
 use crate::simulated_sensor::live::{Hit, LiveSensor};
 use crate::simulated_sensor::{Setup, SimulatedSensor};
@@ -63,6 +66,12 @@ struct Robot {
     /// Stiffness of a pad in series with the body spring [default: none]
     #[arg(long, value_name = "N/M")]
     pad: Option<f64>,
+    /// A mechanism that the rig has beyond the ideal impact: `ID` or `ID:parameter=value,…`; repeatable
+    #[arg(long = "mechanism", value_name = "MECHANISM")]
+    mechanisms: Vec<String>,
+    /// Relative standard deviation of the speed from one hit to the next
+    #[arg(long, value_name = "RATIO", default_value_t = 0.0)]
+    scatter: f64,
     /// Hit it every so many seconds, beginning after the first
     #[arg(long, value_name = "S")]
     hit_every: Option<f64>,
@@ -92,6 +101,9 @@ struct Answer {
 /// Effective mass of the robot where none is given: a collaborative arm of the 7 kg class at mid-stretch.
 const MASS_KG: f64 = 6.0;
 
+/// Largest relative scatter of the speed: beyond it a speed could change its sign.
+const MOST_SCATTER: f64 = 0.3;
+
 impl Sensor {
     pub(super) fn run(self) -> miette::Result<()> {
         let duration = interrupt::span(self.duration)?;
@@ -101,7 +113,7 @@ impl Sensor {
         interrupt::catch();
         let enter = self.robot.on_enter.then(lines_of_stdin);
         if !quiet {
-            println!(
+            crate::say!(
                 "Sensor {} lives as node {} on {}. Ctrl-C ends.",
                 self.serial,
                 self.node_id,
@@ -125,7 +137,7 @@ impl Sensor {
                 }
             }
             if !quiet {
-                happened.iter().for_each(|hit| println!("{}", words(hit)));
+                happened.iter().for_each(|hit| crate::say!("{}", words(hit)));
             }
             hits.extend(happened);
         }
@@ -142,14 +154,14 @@ impl Sensor {
         };
         self.json.write(&answer)?;
         if !quiet {
-            println!("Lived {:.1} s, hit {} times.", answer.lived_s, answer.hits.len());
+            crate::say!("Lived {:.1} s, hit {} times.", answer.lived_s, answer.hits.len());
             if answer.bus_off > 0 {
-                println!("It was driven off the bus {} times: another device has its node id.", answer.bus_off);
+                crate::say!("It was driven off the bus {} times: another device has its node id.", answer.bus_off);
             }
             if answer.behind_s > 0.1 {
-                println!("It was up to {:.2} s behind real time: this computer is busy.", answer.behind_s);
+                crate::say!("It was up to {:.2} s behind real time: this computer is busy.", answer.behind_s);
             }
-            println!("{}", traffic(&live.bus().describe(), &answer.frames));
+            crate::say!("{}", traffic(&live.bus().describe(), &answer.frames));
         }
         Ok(())
     }
@@ -158,6 +170,8 @@ impl Sensor {
         let mut configuration = self.judge.configuration()?;
         configuration.node.node_id = self.node_id;
         configuration.validate().map_err(|invalid| miette::miette!("{}", crate::settings::explain_invalid(invalid)))?;
+        let effects: Result<Vec<Effect>, _> =
+            self.robot.mechanisms.iter().map(|text| Effect::from_str(text).map_err(MechanismRefused)).collect();
         let chain = if self.robot.quiet { ChainSettings::quiet() } else { ChainSettings::workshop() };
         let mut rig = Rig::impact(f64::from(configuration.body_stiffness.0));
         if let Some(pad) = self.robot.pad {
@@ -171,10 +185,14 @@ impl Sensor {
             configuration,
             chain,
             rig,
-            effects: Vec::new(),
+            effects: effects?,
         })
         .map_err(|reason| miette::miette!("the simulated flash did not take the configuration: {reason:?}"))?;
-        let live = LiveSensor::new(sensor, self.bus.bus.open()?, approach, self.node_id);
+        if !(0.0..=MOST_SCATTER).contains(&self.robot.scatter) {
+            miette::bail!("--scatter is {}; 0 to {MOST_SCATTER} is possible", self.robot.scatter);
+        }
+        let live = LiveSensor::new(sensor, self.bus.bus.open()?, approach, self.node_id)
+            .with_scatter(self.robot.scatter, self.seed);
         Ok(live)
     }
 }
@@ -185,7 +203,7 @@ fn words(hit: &Hit) -> String {
         contacts => format!(", {} rebounds", contacts - 1),
     };
     format!(
-        "{:>10.4} s: hit at {} m/s by {} kg: {:.1} N truly reach the cell, {:.3} N·s{rebounds}",
+        "{:>10.4} s: hit at {:.4} m/s by {} kg: {:.1} N truly reach the cell, {:.3} N·s{rebounds}",
         hit.contact_s, hit.speed_m_per_s, hit.mass_kg, hit.peak_n, hit.impulse_ns
     )
 }

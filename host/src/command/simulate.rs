@@ -14,6 +14,7 @@ use thud_sim::rig::{pad_of, spring_set_of};
 use crate::campaign::{self, Estimate, Rig, RigKind, SPRING_REPEATABILITY};
 use crate::json::JsonOption;
 use crate::model::{self, MechanismRefused};
+use crate::settings::names;
 use crate::simulation::{CampaignTruth, Doubt, Imperfection, Plan, TRUTH_FORMAT, Truth, simulate};
 
 /// Make campaigns of simulated recordings
@@ -74,8 +75,9 @@ struct RigOptions {
     /// Pad in series: `none`, `region` (the region's own), or its stiffness in N/m
     #[arg(long, value_name = "PAD", default_value = "none", conflicts_with = "model")]
     pad: PadChoice,
-    /// A robot runs into the rig (impact) or a mass falls on it (drop)
-    #[arg(long, default_value = "impact", conflicts_with = "model", value_parser = PossibleValuesParser::new(["impact", "drop"]).map(|word| if word == "drop" { RigKind::Drop } else { RigKind::Impact }))]
+    /// A robot runs into the rig (impact), a mass falls on it (drop), or something falls freely (fall): its height is
+    /// recorded, `--speeds` are those at release, 0 from rest
+    #[arg(long, default_value = "impact", conflicts_with = "model", value_parser = names(&RigKind::ALL, RigKind::name).try_map(|name| RigKind::from_name(&name).ok_or("no such kind")))]
     kind: RigKind,
     /// A mechanism that the rig has beyond the ideal impact: `ID` or `ID:parameter=value,…`; repeatable
     #[arg(long = "mechanism", value_name = "MECHANISM")]
@@ -124,10 +126,16 @@ struct ChainOptions {
     /// Relative standard deviation of the springs from one recording to the next
     #[arg(long, value_name = "RATIO", default_value_t = SPRING_REPEATABILITY)]
     spring_repeatability: f64,
+    /// Noise of the height of a fall, m rms
+    #[arg(long, value_name = "METRE", default_value_t = 0.001)]
+    height_noise: f64,
     /// Also record the stroke of the springs, with this noise, m rms
     #[arg(long, value_name = "METRE")]
     displacement: Option<f64>,
 }
+
+/// Relative standard deviation of the stated mass of the impact piece: kitchen scales, and what of the springs moves along.
+const PIECE_ERROR: f64 = 0.08;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum PadChoice {
@@ -209,7 +217,7 @@ impl Simulate {
         self.json.write(&written)?;
         if !self.json.owns_stdout() {
             for campaign in &written.campaigns {
-                println!("{}: {} recordings of {}", campaign.folder, campaign.recordings, campaign.name);
+                crate::say!("{}: {} recordings of {}", campaign.folder, campaign.recordings, campaign.name);
             }
         }
         Ok(())
@@ -224,14 +232,16 @@ impl Simulate {
             effects.splice(0..0, model.effects());
             vec![(model.name, model.rig)]
         } else if let Some(stiffness) = self.rig.body_stiffness {
-            vec![(format!("{stiffness} N/m"), self.rig_of(stiffness, None)?)]
+            vec![(format!("{stiffness} N/m"), self.rig_of(stiffness, None, &effects)?)]
+        } else if self.rig.kind == RigKind::Fall {
+            vec![(RigKind::Fall.name().to_owned(), self.rig_of(0.0, None, &effects)?)]
         } else {
             let regions = if self.rig.regions.is_empty() { vec![Region::Chest] } else { self.rig.regions.clone() };
             regions
                 .into_iter()
                 .map(|region| {
                     let stiffness = spring_set_of(region).stiffness_n_per_m();
-                    Ok((region.name().to_owned(), self.rig_of(stiffness, Some(region))?))
+                    Ok((region.name().to_owned(), self.rig_of(stiffness, Some(region), &effects)?))
                 })
                 .collect::<miette::Result<_>>()?
         };
@@ -265,13 +275,33 @@ impl Simulate {
                 before_s: self.chain.before,
                 after_s: self.chain.after,
                 displacement_noise_m: self.chain.displacement,
+                height_noise_m: self.chain.height_noise,
                 // Campaigns of one run are independent of each other.
                 seed: self.seed.wrapping_add((index as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)),
             })
             .collect())
     }
 
-    fn rig_of(&self, stiffness: f64, region: Option<Region>) -> miette::Result<Rig> {
+    /// The impact piece was weighed: where its inertia is simulated, its mass is stated.
+    fn moving_mass(&self, effects: &[Effect]) -> miette::Result<Option<Estimate>> {
+        let Some(piece) = effects.iter().find(|effect| effect.mechanism().id == "moving-piece-inertia") else {
+            return Ok(None);
+        };
+        let mass = piece.get("mass_kg").map_err(MechanismRefused)?;
+        Ok((mass > 0.0).then(|| Estimate::new(mass, PIECE_ERROR * mass)))
+    }
+
+    fn rig_of(&self, stiffness: f64, region: Option<Region>, effects: &[Effect]) -> miette::Result<Rig> {
+        if self.rig.kind == RigKind::Fall {
+            return Ok(Rig {
+                kind: RigKind::Fall,
+                body_stiffness_n_per_m: None,
+                pad_stiffness_n_per_m: None,
+                moving_mass_kg: None,
+                gravity_along_impact_m_per_s2: RigKind::Fall.default_gravity_m_per_s2(),
+                spring_repeatability: self.chain.spring_repeatability,
+            });
+        }
         let pad = match (self.rig.pad, region) {
             (PadChoice::None, _) => None,
             (PadChoice::Region, Some(region)) => Some(pad_of(region).typical_stiffness_n_per_m()),
@@ -287,7 +317,7 @@ impl Simulate {
             kind: self.rig.kind,
             body_stiffness_n_per_m: Some(Estimate::new(stiffness, self.chain.stiffness_error * stiffness)),
             pad_stiffness_n_per_m: pad.map(|pad| Estimate::new(pad.round(), (self.chain.pad_error * pad).round())),
-            moving_mass_kg: None,
+            moving_mass_kg: self.moving_mass(effects)?,
             gravity_along_impact_m_per_s2: self.rig.kind.default_gravity_m_per_s2(),
             spring_repeatability: self.chain.spring_repeatability,
         })

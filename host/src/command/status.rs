@@ -89,17 +89,17 @@ fn print(answer: &Answer) {
             format!("{} (tx {}, rx {})", sensor.bus_state, sensor.transmit_errors, sensor.receive_errors),
         ]);
     }
-    print!("{table}");
+    crate::standard_output::say(format_args!("{table}"));
     for sensor in &answer.sensors {
         for loss in sensor.losses.iter().filter(|loss| loss.count > 0) {
-            println!("  node {}: {} {}", sensor.node, loss.count, loss.what);
+            crate::say!("  node {}: {} {}", sensor.node, loss.count, loss.what);
         }
         if sensor.stored_configuration != "stored" {
-            println!("  node {}: no configuration is stored, defaults are in use", sensor.node);
+            crate::say!("  node {}: no configuration is stored, defaults are in use", sensor.node);
         }
         for error in &sensor.errors {
-            println!("  node {}: {error}", sensor.node);
+            crate::say!("  node {}: {error}", sensor.node);
         }
     }
-    println!("  {}", traffic(&answer.bus, &answer.frames));
+    crate::say!("  {}", traffic(&answer.bus, &answer.frames));
 }

@@ -6,7 +6,7 @@ use thud_firmware::configuration::{Chain, Configuration};
 use thud_firmware::detector::{ChainFault, ImpactContext, Signal, Signals, Stamped};
 use thud_firmware::event::{Event, Flags, Onset, Verdict};
 use thud_firmware::sensor::Sensor;
-use thud_firmware::units::Hertz;
+use thud_firmware::units::{Hertz, SampleInstant};
 use thud_sim::chain::{ChainSettings, FrontEnd, MeasuringChain};
 
 use super::{Prepared, ReplayError, prepare};
@@ -50,6 +50,22 @@ impl Replayed {
 }
 
 impl Replayed {
+    /// Marks the contact that the beginning of the recording cuts: what came before is not known, so it never passes.
+    fn mark_begun(&mut self) {
+        // The step at the beginning is spread by the front end's own delay, and no more.
+        let close = self.prepared.begin + (CUT_WITHIN_S * self.prepared.rate_hz) as u64;
+        let begin = self.prepared.begin;
+        if let Some(event) = self.impacts.iter_mut().flat_map(|impact| &mut impact.events).next()
+            && event.contact_instant.index <= close
+        {
+            // The force cannot be followed back beyond the first sample that there is.
+            if event.contact_instant.index < begin {
+                event.contact_instant = SampleInstant { index: begin, fraction: 0.0 };
+            }
+            truncate(event);
+        }
+    }
+
     /// Marks the contact that the end of the recording cuts: its rest is not known, so it never passes.
     ///
     /// The firmware cannot know, as it sees the force end there.
@@ -61,11 +77,16 @@ impl Replayed {
         let Some(event) = last else { return };
         let separation = event.contact_instant.index + (f64::from(event.duration.0) * rate) as u64;
         if separation + close >= self.prepared.end {
-            event.flags |= Flags::TRUNCATED;
-            if event.severity.verdict == Verdict::Pass {
-                event.severity.verdict = Verdict::Inconclusive;
-            }
+            truncate(event);
         }
+    }
+}
+
+/// A part of the contact is not known.
+fn truncate(event: &mut Event) {
+    event.flags |= Flags::TRUNCATED;
+    if event.severity.verdict == Verdict::Pass {
+        event.severity.verdict = Verdict::Inconclusive;
     }
 }
 
@@ -81,6 +102,12 @@ pub fn replay(
 ) -> Result<Replayed, ReplayError> {
     let prepared = prepare(file, recording, rate_hz, f64::from(configuration.chain.newton_per_code))?;
     let mut configuration = *configuration;
+    if let Some(plateau) = prepared.plateau_n
+        && configuration.chain.newton_per_code == Configuration::DEFAULT.chain.newton_per_code
+    {
+        let codes = configuration.chain.clip_high - configuration.chain.zero_code;
+        configuration.chain.newton_per_code = plateau as f32 / f32::from(codes);
+    }
     // A recording has passed its own front end; no filter of ours delays it.
     configuration.chain = Chain { sample_rate: Hertz(prepared.rate_hz as f32), ..configuration.chain.undelayed() };
     configuration
@@ -121,6 +148,9 @@ pub fn replay(
         }
     }
     let mut replayed = feed.replayed;
+    if prepared.begins_cut {
+        replayed.mark_begun();
+    }
     if prepared.cut {
         replayed.mark_cut();
     }

@@ -60,27 +60,54 @@ pub fn idle_samples(values: &[f64], resolution: f64) -> Option<usize> {
     Some(values.len())
 }
 
+/// The idle samples at the end of a recording that begins under load: how many of the last samples are idle, where those
+/// that begin it are not.
+///
+/// The first samples count as loaded when they wander four times as much as a long quiet end: a rising flank is a ramp, in
+/// which no sample departs from those before it, so that [`idle_samples`] alone takes it for drift.
+#[must_use]
+pub fn idle_at_end_only(first: &[f64], last: &[f64], least: usize, resolution: f64) -> Option<usize> {
+    let start = idle_samples(first, resolution)?;
+    let reversed: Vec<f64> = last.iter().rev().copied().collect();
+    let end = idle_samples(&reversed, resolution)?;
+    let quietest = deviation(&reversed[..end]);
+    let loaded = deviation(&first[..start]) > LOADED * quietest + resolution;
+    (loaded && end >= least.max(LEAST_IDLE) && end < last.len()).then_some(end)
+}
+
+/// Beginning and end of a recording differ by this factor in their standard deviation when one of them is under load.
+const LOADED: f64 = 4.0;
+
+/// Standard deviation.
+fn deviation(values: &[f64]) -> f64 {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt()
+}
+
 /// The idle signal of a recording, continued to any time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quiet {
+    /// Sample of the recording that the first of `idle` is.
+    first: i64,
     idle: Vec<f64>,
     mirrored: bool,
 }
 
 impl Quiet {
-    /// Quiet made of these samples, the first of the recording, at `rate_hz`.
+    /// Quiet made of these samples, of which the first is sample `first` of the recording, at `rate_hz`.
     ///
     /// # Panics
     /// When there is no sample.
     #[must_use]
-    pub fn new(idle: &[f64], rate_hz: f64) -> Self {
+    pub fn new(idle: &[f64], first: i64, rate_hz: f64) -> Self {
         assert!(!idle.is_empty(), "quiet is made of at least one sample");
         let period = (MAINS_PERIODS_S * rate_hz).round() as usize;
         let periods = idle.len().checked_div(period).unwrap_or(0);
         if periods == 0 {
-            Self { idle: idle.to_vec(), mirrored: true }
+            Self { first, idle: idle.to_vec(), mirrored: true }
         } else {
-            Self { idle: idle[..periods * period].to_vec(), mirrored: false }
+            Self { first, idle: idle[..periods * period].to_vec(), mirrored: false }
         }
     }
 
@@ -99,7 +126,7 @@ impl Quiet {
     /// The quiet signal at a sample of the recording; negative before its beginning.
     #[must_use]
     pub fn at(&self, sample: i64) -> f64 {
-        let count = self.idle.len();
+        let (count, sample) = (self.idle.len(), sample - self.first);
         let place = if self.mirrored {
             let turn = (2 * count).saturating_sub(2).max(1);
             let step = sample.rem_euclid(turn as i64) as usize;
@@ -119,10 +146,10 @@ mod tests {
 
     #[test]
     fn a_short_stretch_is_mirrored_without_a_step() {
-        let quiet = Quiet::new(&[1.0, 2.0, 3.0], 20_000.0);
+        let quiet = Quiet::new(&[1.0, 2.0, 3.0], 0, 20_000.0);
         let made: Vec<f64> = (-5..6).map(|sample| quiet.at(sample)).collect();
         assert_eq!(made, [2.0, 1.0, 2.0, 3.0, 2.0, 1.0, 2.0, 3.0, 2.0, 1.0, 2.0]);
-        assert_eq!(Quiet::new(&[4.0], 20_000.0).at(-3), 4.0);
+        assert_eq!(Quiet::new(&[4.0], 0, 20_000.0).at(-3), 4.0);
     }
 
     #[test]
@@ -131,8 +158,10 @@ mod tests {
         let hum =
             |sample: i64| (TAU * 50.0 * sample as f64 / rate).cos() + 0.5 * (TAU * 60.0 * sample as f64 / rate).sin();
         let idle: Vec<f64> = (0..250).map(hum).collect();
-        let quiet = Quiet::new(&idle, rate);
+        let quiet = Quiet::new(&idle, 0, rate);
         assert!(!quiet.mirrored());
+        let later = Quiet::new(&idle[30..], 30, rate);
+        assert!((later.at(-77) - hum(-77)).abs() < 1e-9);
         for sample in [-1001, -1, 0, 199, 200, 5_003] {
             assert!((quiet.at(sample) - hum(sample)).abs() < 1e-9, "{sample}");
         }
@@ -151,6 +180,19 @@ mod tests {
         let mut values: Vec<f64> = (0..100).map(|index| 0.01 * f64::from(index % 3)).collect();
         values[20] = 5.0;
         assert_eq!(idle_samples(&values, 0.0), Some(100));
+    }
+
+    #[test]
+    fn a_recording_that_begins_within_the_pulse_is_idle_at_its_end() {
+        let noise = |index: usize| 0.1 * (index % 7) as f64;
+        let flank = |index: usize| 5.0 * index as f64 + noise(index);
+        let values: Vec<f64> = (0..60).map(flank).chain((0..200).map(noise)).collect();
+        let end = idle_at_end_only(&values, &values, 50, 0.07).unwrap();
+        assert!((100..=200).contains(&end), "{end}");
+        let idle_first: Vec<f64> = values.iter().rev().copied().collect();
+        assert_eq!(idle_at_end_only(&idle_first, &idle_first, 50, 0.07), None);
+        let all_idle: Vec<f64> = (0..300).map(noise).collect();
+        assert_eq!(idle_at_end_only(&all_idle, &all_idle, 50, 0.07), None);
     }
 
     #[test]

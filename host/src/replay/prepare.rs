@@ -1,7 +1,7 @@
 //! A recording's force on the ADC's grid, with the quiet that the firmware needs around it.
 
 use super::ReplayError;
-use super::padding::{Quiet, idle_samples};
+use super::padding::{Quiet, idle_at_end_only, idle_samples};
 use super::resample::{Stretch, resample};
 use crate::recording::{FORCE, Recording};
 
@@ -19,6 +19,17 @@ const MOST_SAMPLES: f64 = 2e7;
 /// A force this far above the idle level at the end of the recording is a contact that was cut, N.
 const CUT_N: f64 = 2.0;
 
+/// Quiet at the end of a recording that begins under load is taken from at least so much, s.
+const LEAST_END_S: f64 = 0.05;
+
+/// So many equal samples at the highest force may be a clipped top.
+const PLATEAU_SAMPLES: usize = 4;
+/// A round top of n equal samples is a parabola within one step of the resolution: half as many samples beyond either edge it is
+/// (n/2 + n/2)²/(n/2)² = 4 steps down at most. A clipped top falls off by more steps than this.
+const PLATEAU_EDGE_STEPS: f64 = 6.0;
+/// A step between two values larger than this part of their range is no resolution, but a steep flank without noise.
+const COARSEST: f64 = 1.0 / 50.0;
+
 /// Force as the sensor's cell would see it, sampled evenly.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prepared {
@@ -30,10 +41,16 @@ pub struct Prepared {
     pub stretches: Vec<Stretch>,
     /// Samples of the recording itself that are missing in its gaps.
     pub lost: u64,
+    /// Number of the first sample of the recording itself.
+    pub begin: u64,
+    /// Whether something touched already when the recording began.
+    pub begins_cut: bool,
     /// Number of the first sample after the end of the recording.
     pub end: u64,
     /// Whether something still touched when the recording ended.
     pub cut: bool,
+    /// The force at which the recording's own chain was clipped, N, if it looks so.
+    pub plateau_n: Option<f64>,
     /// What was done to the recording, one sentence each.
     pub notes: Vec<String>,
 }
@@ -91,20 +108,52 @@ pub fn prepare(
         notes.push(format!("samples are missing between {} s and {} s", gap.from_s, gap.to_s));
     }
 
-    let Some(idle) = stretches.first().and_then(|stretch| idle_samples(&stretch.values, resolution_n)) else {
+    let plateau_n = plateau(force);
+    if let Some((level, count)) = plateau_n {
+        notes.push(format!(
+            "{count} samples in a row stand at {level} N, the highest force: its chain was clipped there; that is taken \
+             as the full scale unless `--full-scale` is given"
+        ));
+    }
+
+    let (Some(idle), Some(end_of_last)) = (
+        stretches.first().and_then(|stretch| idle_samples(&stretch.values, resolution_n)),
+        stretches.last().map(|stretch| stretch.first + stretch.values.len() as u64),
+    ) else {
         return Err(ReplayError::NotIdle { file: file.to_owned(), samples: times.len() });
     };
-    let quiet = Quiet::new(&stretches[0].values[..idle], rate);
+    let least = (LEAST_END_S * rate).ceil() as usize;
+    let (first, last) = (&stretches[0].values, &stretches[stretches.len() - 1].values);
+    let at_end = idle_at_end_only(first, last, least, resolution_n);
+    let (idle, quiet) = match at_end {
+        Some(count) => (0, Quiet::new(&last[last.len() - count..], end_of_last as i64 - count as i64, rate)),
+        None => (idle, Quiet::new(&first[..idle], 0, rate)),
+    };
+    let begins_cut = at_end.is_some() && (first[0] - quiet.level()).abs() > CUT_N.max(6.0 * resolution_n);
     let lead = (QUIET_BEFORE_S * rate).ceil() as usize;
     let lead = lead.saturating_sub(idle);
     let how = if quiet.mirrored() { "mirrored" } else { "repeated" };
-    if lead > 0 {
+    if lead > 0 && at_end.is_some() {
+        notes.push(format!(
+            "it begins within a contact: {:.3} s of quiet were put before it, made of the idle samples at its end, {how}",
+            lead as f64 / rate
+        ));
+    } else if lead > 0 {
         notes.push(format!(
             "it begins {:.4} s before the first departure from idle, too late for the firmware to settle: {:.3} s of quiet \
              were put before it, made of its own idle samples, {how}",
             idle as f64 / rate,
             lead as f64 / rate
         ));
+    }
+    if begins_cut {
+        notes.push(format!(
+            "{:.1} N act when it begins, at {} s: what came before is not known, the contact is marked truncated",
+            stretches[0].values[0] - quiet.level(),
+            times[0]
+        ));
+    }
+    if lead > 0 {
         for stretch in &mut stretches {
             stretch.first += lead as u64;
         }
@@ -125,7 +174,40 @@ pub fn prepare(
     }
     last.values.extend((end..end + tail).map(|sample| quiet.at(sample as i64 - lead as i64)));
 
-    Ok(Prepared { rate_hz: rate, origin_s: times[0] - lead as f64 / rate, stretches, lost, end, cut, notes })
+    Ok(Prepared {
+        rate_hz: rate,
+        origin_s: times[0] - lead as f64 / rate,
+        stretches,
+        lost,
+        begin: lead as u64,
+        begins_cut,
+        end,
+        cut,
+        plateau_n: plateau_n.map(|(level, _)| level),
+        notes,
+    })
+}
+
+/// The level of a clipped top, N, and its longest run of samples.
+fn plateau(force: &[f64]) -> Option<(f64, usize)> {
+    let mut levels = force.to_vec();
+    levels.sort_by(f64::total_cmp);
+    let (lowest, highest) = (levels[0], levels[levels.len() - 1]);
+    let step = levels.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
+    let edge = PLATEAU_EDGE_STEPS * step.min(COARSEST * (highest - lowest));
+    let falls_off = |value: Option<&f64>| value.is_some_and(|value| highest - value > edge);
+    let mut longest = 0;
+    let mut from = 0;
+    while let Some(start) = force[from..].iter().position(|value| *value == highest).map(|place| from + place) {
+        let end = force[start..].iter().position(|value| *value != highest).map_or(force.len(), |place| start + place);
+        let beyond = (end - start).div_ceil(2);
+        let before = start.checked_sub(beyond).and_then(|place| force.get(place));
+        if falls_off(before) && falls_off(force.get(end - 1 + beyond)) {
+            longest = longest.max(end - start);
+        }
+        from = end;
+    }
+    (highest > CUT_N && longest >= PLATEAU_SAMPLES).then_some((highest, longest))
 }
 
 /// Samples per second, from the mean of all steps that are no gaps: time columns are rounded, their median with them.
@@ -205,6 +287,33 @@ mod tests {
         assert_eq!(prepared.lost, 0);
         assert_eq!(prepared.time_s(prepared.end as f64), -2.0 + (prepared.end as f64) / 20_000.0);
         assert!(prepared.notes.iter().any(|note| note.contains("it ends at")), "{:?}", prepared.notes);
+    }
+
+    #[test]
+    fn a_recording_that_begins_within_the_pulse_gets_its_quiet_from_its_end() {
+        let prepared = prepare("a.csv", &recording(times(0.006, 0.5, 10_000.0), pulse), None, 0.07).unwrap();
+        assert!(prepared.begins_cut);
+        let whole = prepared.stretches[0].values.iter().filter(|force| **force > 99.0).count();
+        assert!(whole < 60, "the pulse is there once: {whole}");
+        assert!(prepared.notes.iter().any(|note| note.contains("when it begins, at 0.006 s")), "{:?}", prepared.notes);
+        let whole = prepare("a.csv", &recording(times(0.0, 0.5, 10_000.0), pulse), None, 0.07).unwrap();
+        assert!(!whole.begins_cut);
+    }
+
+    #[test]
+    fn a_clipped_top_is_told_from_a_round_one() {
+        let clipped = recording(times(-0.2, 0.5, 10_000.0), |time| pulse(time).min(80.0));
+        let prepared = prepare("a.csv", &clipped, None, 0.07).unwrap();
+        assert_eq!(prepared.plateau_n, Some(80.0));
+        // Written coarsely, the round top is flat, too.
+        for step in [0.1, 0.5, 1.0, 2.0] {
+            let coarse = recording(times(-0.2, 0.5, 10_000.0), |time| (pulse(time) / step).round() * step);
+            assert_eq!(prepare("a.csv", &coarse, None, 0.07).unwrap().plateau_n, None, "{step}");
+        }
+        assert_eq!(
+            prepare("a.csv", &recording(times(-0.2, 0.5, 10_000.0), pulse), None, 0.07).unwrap().plateau_n,
+            None
+        );
     }
 
     #[test]

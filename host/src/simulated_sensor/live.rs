@@ -11,6 +11,9 @@
 
 use std::time::{Duration, Instant};
 
+use rand::SeedableRng as _;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution as _, StandardNormal};
 use serde::Serialize;
 use thud_firmware::board::{BusState, Received};
 use thud_sim::bus::HostPort;
@@ -63,6 +66,8 @@ pub struct LiveSensor {
     port: HostPort,
     bus: Box<dyn Bus>,
     approach: Approach,
+    scatter: f64,
+    chance: ChaCha8Rng,
     node: u8,
     began: Instant,
     behind: Duration,
@@ -76,7 +81,25 @@ impl LiveSensor {
     #[must_use]
     pub fn new(sensor: SimulatedSensor, bus: Box<dyn Bus>, approach: Approach, node: u8) -> Self {
         let port = sensor.world().borrow().bus().attach_host("bridge");
-        Self { sensor, port, bus, approach, node, began: Instant::now(), behind: Duration::ZERO, lost: 0, bus_off: 0 }
+        Self {
+            sensor,
+            port,
+            bus,
+            approach,
+            scatter: 0.0,
+            chance: ChaCha8Rng::seed_from_u64(0),
+            node,
+            began: Instant::now(),
+            behind: Duration::ZERO,
+            lost: 0,
+            bus_off: 0,
+        }
+    }
+
+    /// Scatters the speed of its own robot by this relative standard deviation from one hit to the next.
+    #[must_use]
+    pub fn with_scatter(self, scatter: f64, seed: u64) -> Self {
+        Self { scatter, chance: ChaCha8Rng::seed_from_u64(seed), ..self }
     }
 
     /// Lives for about a millisecond; the hits that others requested meanwhile.
@@ -124,9 +147,12 @@ impl LiveSensor {
     ///
     /// # Errors
     /// [`RigError`] when speed or mass is no physical value.
-    pub fn hit(&self, speed_m_per_s: Option<f64>, mass_kg: Option<f64>) -> Result<Hit, RigError> {
+    pub fn hit(&mut self, speed_m_per_s: Option<f64>, mass_kg: Option<f64>) -> Result<Hit, RigError> {
+        let normal: f64 = StandardNormal.sample(&mut self.chance);
+        // Three standard deviations at most, so that a rare draw is no other robot.
+        let scattered = self.approach.speed_m_per_s * (1.0 + self.scatter * normal.clamp(-3.0, 3.0));
         let approach = Approach {
-            speed_m_per_s: speed_m_per_s.unwrap_or(self.approach.speed_m_per_s),
+            speed_m_per_s: speed_m_per_s.unwrap_or(scattered),
             effective_mass_kg: mass_kg.unwrap_or(self.approach.effective_mass_kg),
             ..self.approach
         };

@@ -16,6 +16,12 @@ const MOST_SAMPLES: f64 = 1e7;
 /// Resolution of a written stroke, m.
 const STROKE_RESOLUTION_M: f64 = 1e-9;
 
+/// Resolution of a written height, m.
+const HEIGHT_RESOLUTION_M: f64 = 1e-6;
+
+/// What a height is measured within, m.
+const HEIGHT_RANGE_M: f64 = 100.0;
+
 /// Why a plan cannot be simulated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error, miette::Diagnostic)]
 pub enum SimulationError {
@@ -56,10 +62,10 @@ pub enum SimulationError {
         /// Why.
         error: Malformed,
     },
-    /// Free flight meets no rig, so there is no force.
-    #[error("a fall has no force to record")]
-    #[diagnostic(help("simulate a rig of kind \"impact\" or \"drop\""))]
-    Fall,
+    /// What falls freely meets no springs.
+    #[error("a fall meets no springs, so there is no stroke to record")]
+    #[diagnostic(help("leave the displacement out; the height is recorded"))]
+    FallHasNoStroke,
 }
 
 /// Simulates a plan; `progress` is told each recording that is done.
@@ -89,7 +95,7 @@ pub fn simulate(plan: &Plan, mut progress: impl FnMut()) -> Result<Simulated, Si
             for _ in 0..plan.repeats {
                 let number = entries.len() + 1;
                 let file = format!("recordings/{number:03}.csv");
-                let believed_speed = Estimate::new(*speed, plan.doubt.speed * speed);
+                let believed_speed = Estimate::new(*speed, plan.doubt.speed * speed.abs());
                 let approach = Approach {
                     speed_m_per_s: chance.truth_of(believed_speed),
                     effective_mass_kg: mass * factor,
@@ -97,14 +103,25 @@ pub fn simulate(plan: &Plan, mut progress: impl FnMut()) -> Result<Simulated, Si
                     order: (number - 1) as u32,
                 };
                 let mut this_rig = rig;
-                this_rig.body_stiffness_n_per_m *= chance.factor(plan.rig.spring_repeatability);
+                // Drawn in a fall, too, which meets no spring, so that what follows does not depend on it.
+                let factor = chance.factor(plan.rig.spring_repeatability);
+                if plan.rig.kind != RigKind::Fall {
+                    this_rig.body_stiffness_n_per_m *= factor;
+                }
                 let impact =
                     this_rig.strike(&approach, &plan.effects, plan.after_s, Accuracy::default()).map_err(|error| {
                         SimulationError::Rig { recording: number, speed_m_per_s: *speed, mass_kg: *mass, error }
                     })?;
-                let contact_s = plan.before_s * (1.0 + 0.1 * chance.fraction());
-                let recording = record(plan, &impact, contact_s, &mut chance)
-                    .map_err(|error| SimulationError::Malformed { recording: number, error })?;
+                let fraction = chance.fraction();
+                // A fall is recorded from its release on.
+                let fall = plan.rig.kind == RigKind::Fall;
+                let contact_s = if fall { 0.0 } else { plan.before_s * (1.0 + 0.1 * fraction) };
+                let recording = if fall {
+                    record_fall(plan, &impact, &mut chance)
+                } else {
+                    record(plan, &impact, contact_s, &mut chance)
+                };
+                let recording = recording.map_err(|error| SimulationError::Malformed { recording: number, error })?;
                 truth.recordings.push(RecordingTruth {
                     file: file.clone(),
                     contact_s,
@@ -129,11 +146,20 @@ pub fn simulate(plan: &Plan, mut progress: impl FnMut()) -> Result<Simulated, Si
             }
         }
     }
-    let chain = Chain {
-        sample_rate_hz: plan.sample_rate_hz,
-        noise_rms: plan.imperfection.noise_n,
-        full_scale: plan.full_scale_n,
-        observed: Observed::Force,
+    let chain = if plan.rig.kind == RigKind::Fall {
+        Chain {
+            sample_rate_hz: plan.sample_rate_hz,
+            noise_rms: plan.height_noise_m,
+            full_scale: HEIGHT_RANGE_M,
+            observed: Observed::Height,
+        }
+    } else {
+        Chain {
+            sample_rate_hz: plan.sample_rate_hz,
+            noise_rms: plan.imperfection.noise_n,
+            full_scale: plan.full_scale_n,
+            observed: Observed::Force,
+        }
     };
     let campaign = Campaign { name: plan.name.clone(), rig: plan.rig.clone(), chain, recordings: entries };
     Ok(Simulated { campaign, recordings, truth })
@@ -144,8 +170,9 @@ fn check(plan: &Plan) -> Result<(), SimulationError> {
         let fits = (low..=high).contains(&value);
         if fits { Ok(()) } else { Err(SimulationError::OutOfRange { what, value, low, high }) }
     };
-    if plan.rig.kind == RigKind::Fall {
-        return Err(SimulationError::Fall);
+    let fall = plan.rig.kind == RigKind::Fall;
+    if fall && plan.displacement_noise_m.is_some() {
+        return Err(SimulationError::FallHasNoStroke);
     }
     if plan.speeds_m_per_s.is_empty() {
         return Err(SimulationError::Nothing("speed"));
@@ -154,7 +181,7 @@ fn check(plan: &Plan) -> Result<(), SimulationError> {
         return Err(SimulationError::Nothing("mass"));
     }
     for speed in &plan.speeds_m_per_s {
-        within("a speed (m/s)", *speed, 1e-4, 20.0)?;
+        within("a speed (m/s)", *speed, if fall { -20.0 } else { 1e-4 }, 20.0)?;
     }
     for mass in &plan.masses_kg {
         within("a mass (kg)", *mass, 1e-3, 1e3)?;
@@ -170,6 +197,7 @@ fn check(plan: &Plan) -> Result<(), SimulationError> {
     within("the time before contact (s)", plan.before_s, 0.0, 100.0)?;
     within("the time after contact (s)", plan.after_s, 1e-3, 100.0)?;
     within("the number of samples", (plan.before_s + plan.after_s) * plan.sample_rate_hz, 2.0, MOST_SAMPLES)?;
+    within("the noise of the height (m rms)", plan.height_noise_m, 0.0, 1.0)?;
     within("the noise of the displacement (m rms)", plan.displacement_noise_m.unwrap_or(0.0), 0.0, 1.0)
 }
 
@@ -211,6 +239,22 @@ fn record(plan: &Plan, impact: &Impact, contact_s: f64, chance: &mut Chance) -> 
         channels.push(Channel { name: "displacement_m".to_owned(), values: keep(stroke) });
     }
     Recording::new(keep(times_s), channels)
+}
+
+/// The height of a falling body from its release on, above where it is at the end of the ideal fall.
+///
+/// Before the release nothing is recorded: what holds the body is not part of the fall, so that time 0 is the release.
+fn record_fall(plan: &Plan, fall: &Impact, chance: &mut Chance) -> Result<Recording, Malformed> {
+    let count = (plan.after_s * plan.sample_rate_hz).floor() as usize;
+    let since_release_s: Vec<f64> = (0..count).map(|index| index as f64 / plan.sample_rate_hz).collect();
+    let ideal_m = fall.approach().speed_m_per_s * plan.after_s
+        + 0.5 * plan.rig.gravity_along_impact_m_per_s2 * plan.after_s.powi(2);
+    let fallen_m = fall.sample(Quantity::Position, &since_release_s);
+    let heights = fallen_m
+        .iter()
+        .map(|fallen| rounded(ideal_m - fallen + chance.noise(plan.height_noise_m), HEIGHT_RESOLUTION_M))
+        .collect();
+    Recording::new(since_release_s, vec![Channel { name: Observed::Height.column().to_owned(), values: heights }])
 }
 
 /// The chain without filters (those are mechanisms), with what the plan adds. `turn` in [0, 1) shifts the mains frequency within

@@ -26,6 +26,7 @@ fn plan() -> Plan {
         before_s: 0.1,
         after_s: 0.15,
         displacement_noise_m: None,
+        height_noise_m: 0.001,
         seed: 7,
     }
 }
@@ -118,7 +119,10 @@ fn a_plan_that_cannot_be_is_refused_with_the_range() {
         (Plan { repeats: 0, ..plan() }, "repeats is 0"),
         (Plan { sample_rate_hz: f64::NAN, ..plan() }, "sample rate (Hz) is NaN"),
         (Plan { after_s: 99.0, sample_rate_hz: 1e6, ..plan() }, "number of samples"),
-        (Plan { rig: Rig { kind: RigKind::Fall, ..plan().rig }, ..plan() }, "a fall has no force"),
+        (
+            Plan { rig: Rig { kind: RigKind::Fall, ..plan().rig }, displacement_noise_m: Some(1e-5), ..plan() },
+            "a fall meets no springs",
+        ),
     ] {
         let error = simulate(&plan, || {}).unwrap_err().to_string();
         assert!(error.contains(says), "{error}");
