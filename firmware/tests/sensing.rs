@@ -184,9 +184,9 @@ fn what_leans_and_goes_re_arms() {
 #[test]
 fn a_push_that_grows_is_not_tracked_away_and_a_drift_is() {
     let mut bench = settled(configuration(RATE));
-    bench.run(20.0, &QUIET, |t| 0.05 * (t - 1.0).max(0.0));
+    bench.run(20.0, &QUIET, |t| 0.4 * (t - 1.0).max(0.0));
     assert_eq!(bench.onsets, []);
-    bench.run(10.0, &QUIET, |t| 1.0 + (t - 21.0).max(0.0));
+    bench.run(10.0, &QUIET, |t| 8.0 + 2.0 * (t - 21.0).max(0.0));
     assert_eq!(bench.onsets.len(), 1);
 }
 

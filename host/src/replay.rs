@@ -18,7 +18,7 @@ mod shown;
 
 pub use feed::{Replayed, Sensed, replay};
 pub use outcome::{EventRecord, Outcome};
-pub use prepare::{LAST_RATE_HZ, LEAST_RATE_HZ, Prepared, prepare};
+pub use prepare::{LAST_RATE_HZ, OWN_RATE_FROM_HZ, Prepared, REFERENCE_RATE_HZ, prepare};
 pub use shown::report;
 
 /// Why a recording cannot be replayed.

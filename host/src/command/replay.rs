@@ -29,7 +29,7 @@ pub struct Replay {
     /// Recordings, or folders of campaigns
     #[arg(required = true, value_name = "FILE.csv")]
     files: Vec<PathBuf>,
-    /// Samples per second of the replay [default: that of the recording, but at least 20 000 and at most 250 000]
+    /// Samples per second of the replay [default: that of the recording, up to 250 000; 20 000 for one slower than 3 000]
     #[arg(long, value_name = "HZ")]
     sample_rate: Option<f64>,
     #[command(flatten)]

@@ -9,6 +9,7 @@ use thud_firmware::sensor::Sensor;
 use thud_firmware::units::{Hertz, SampleInstant};
 use thud_sim::chain::{ChainSettings, FrontEnd, MeasuringChain};
 
+use super::prepare::QUIET_AFTER_S;
 use super::{Prepared, ReplayError, prepare};
 use crate::recording::Recording;
 use crate::report::ForceCurve;
@@ -128,6 +129,8 @@ pub fn replay(
             faults: Vec::new(),
         },
     };
+    // The quiet after the recording is as long as the last impact needs to close.
+    let enough = prepared.end + (QUIET_AFTER_S * prepared.rate_hz) as u64;
     let mut next = 0;
     for stretch in &prepared.stretches {
         if stretch.first > next {
@@ -137,6 +140,9 @@ pub fn replay(
         }
         next = stretch.first;
         for values in stretch.values.chunks(BLOCK) {
+            if next > enough && !feed.sensor.impact_open() {
+                break;
+            }
             let mut newtons = [0.0; BLOCK];
             newtons[..values.len()].copy_from_slice(values);
             let mut codes = [0; BLOCK];

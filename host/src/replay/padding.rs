@@ -5,8 +5,9 @@
 //! missing is made of its own idle samples, so that level, noise and slow tones are those of the recording.
 //!
 //! Where the idle stretch is long enough, whole tenths of a second of it are repeated: five periods of 50 Hz mains and
-//! six of 60 Hz, so that hum goes on in phase. A shorter one is walked to and fro, a mirror at either end, so that there is
-//! no step:
+//! six of 60 Hz, so that hum goes on in phase; its drift, the line through its first and last tenth, goes on too, so that
+//! nothing steps from one repetition to the next. A shorter one is walked to and fro, a mirror at either end, so that
+//! there is no step:
 //!
 //! ```text
 //!   … i₂ i₁ i₀ i₁ i₂ … i_m … i₂ i₁ | i₀ i₁ i₂ … i_m contact
@@ -91,6 +92,8 @@ pub struct Quiet {
     /// Sample of the recording that the first of `idle` is.
     first: i64,
     idle: Vec<f64>,
+    /// Change of the zero from sample to sample, which is not in `idle`.
+    drift: f64,
     mirrored: bool,
 }
 
@@ -105,10 +108,18 @@ impl Quiet {
         let period = (MAINS_PERIODS_S * rate_hz).round() as usize;
         let periods = idle.len().checked_div(period).unwrap_or(0);
         if periods == 0 {
-            Self { first, idle: idle.to_vec(), mirrored: true }
-        } else {
-            Self { first, idle: idle[..periods * period].to_vec(), mirrored: false }
+            return Self { first, idle: idle.to_vec(), drift: 0.0, mirrored: true };
         }
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+        let idle = &idle[..periods * period];
+        let drift = if periods < 2 {
+            // One period alone does not tell drift from hum that is not quite of mains frequency.
+            0.0
+        } else {
+            (mean(&idle[idle.len() - period..]) - mean(&idle[..period])) / (idle.len() - period) as f64
+        };
+        let level = idle.iter().enumerate().map(|(index, value)| value - drift * index as f64).collect();
+        Self { first, idle: level, drift, mirrored: false }
     }
 
     /// Whether the samples are walked to and fro, because they are fewer than hum would need.
@@ -120,12 +131,23 @@ impl Quiet {
     /// Mean of the samples.
     #[must_use]
     pub fn level(&self) -> f64 {
-        self.idle.iter().sum::<f64>() / self.idle.len() as f64
+        let count = self.idle.len() as f64;
+        self.idle.iter().sum::<f64>() / count + self.drift * (count - 1.0) / 2.0
     }
 
     /// The quiet signal at a sample of the recording; negative before its beginning.
     #[must_use]
     pub fn at(&self, sample: i64) -> f64 {
+        self.level_at(sample) + self.drift * (sample - self.first) as f64
+    }
+
+    /// The quiet signal at a sample after `end`, from where on the zero drifts no more.
+    #[must_use]
+    pub fn after(&self, end: i64, sample: i64) -> f64 {
+        self.level_at(sample) + self.drift * (end - self.first) as f64
+    }
+
+    fn level_at(&self, sample: i64) -> f64 {
         let (count, sample) = (self.idle.len(), sample - self.first);
         let place = if self.mirrored {
             let turn = (2 * count).saturating_sub(2).max(1);
@@ -164,6 +186,17 @@ mod tests {
         assert!((later.at(-77) - hum(-77)).abs() < 1e-9);
         for sample in [-1001, -1, 0, 199, 200, 5_003] {
             assert!((quiet.at(sample) - hum(sample)).abs() < 1e-9, "{sample}");
+        }
+    }
+
+    #[test]
+    fn drift_goes_on_without_a_step() {
+        let rate = 1_000.0;
+        let drifting = |sample: i64| 3.0 + 0.002 * sample as f64;
+        let idle: Vec<f64> = (0..350).map(drifting).collect();
+        let quiet = Quiet::new(&idle, 0, rate);
+        for sample in [-1_000, -1, 0, 250, 349, 1_500] {
+            assert!((quiet.at(sample) - drifting(sample)).abs() < 1e-9, "{sample}");
         }
     }
 

@@ -5,15 +5,22 @@ use super::padding::{Quiet, idle_at_end_only, idle_samples};
 use super::resample::{Stretch, resample};
 use crate::recording::{FORCE, Recording};
 
-/// Slowest rate that a recording is replayed at unless another is asked for: that of the reference ADC.
-pub const LEAST_RATE_HZ: f64 = 20_000.0;
+/// From this rate on a recording is replayed at its own: an ADC of that rate would have sampled just that. Interpolated samples
+/// have coloured noise and rounded toes, which cost the contact instant a sample or two. Every verdict filter can work at
+/// this rate (ten samples for a period of 300 Hz, the fastest corner), and a blow of 1 ms still has the three samples
+/// that confirm an onset.
+pub const OWN_RATE_FROM_HZ: f64 = 3_000.0;
+/// Rate that slower recordings are brought to unless another is asked for: that of the reference ADC.
+pub const REFERENCE_RATE_HZ: f64 = 20_000.0;
 /// Fastest: what the ADC reaches. A faster recording loses samples here, and that is said.
 pub const LAST_RATE_HZ: f64 = 250_000.0;
 
 /// Quiet that the firmware gets before the contact, s: it settles in 0.5 s and learns for another 0.5 s.
 const QUIET_BEFORE_S: f64 = 1.0;
 /// Quiet after the end, s: an impact is over when the force has been gone for the rest of the transient window, 0.5 s.
-const QUIET_AFTER_S: f64 = 1.0;
+pub(super) const QUIET_AFTER_S: f64 = 1.0;
+/// The same where the force does not go, because the zero has drifted away: the longest impact that is followed, 10 s, and one.
+const LONGEST_AFTER_S: f64 = 11.0;
 /// The most samples that are replayed: 17 minutes at 20 kS/s.
 const MOST_SAMPLES: f64 = 2e7;
 /// A force this far above the idle level at the end of the recording is a contact that was cut, N.
@@ -65,8 +72,8 @@ impl Prepared {
 
 /// Prepares the force of a recording; `file` is the name that errors give it.
 ///
-/// A recording slower than the ADC is resampled to its rate; a faster one keeps its own up to the ADC's
-/// fastest, so that a short pulse keeps its peak. `rate_hz` overrides both. `resolution_n` is the chain's step.
+/// The ADC runs at the recording's own rate, from [`OWN_RATE_FROM_HZ`] up to its fastest; a slower recording is resampled to
+/// [`REFERENCE_RATE_HZ`]. `rate_hz` overrides both. `resolution_n` is the chain's step.
 ///
 /// # Errors
 /// There is no force, too little of it, or too much.
@@ -83,7 +90,8 @@ pub fn prepare(
     let times = recording.times_s();
     let gaps = recording.gaps();
     let own_rate = own_rate_hz(recording);
-    let rate = rate_hz.unwrap_or_else(|| own_rate.clamp(LEAST_RATE_HZ, LAST_RATE_HZ));
+    let rate = rate_hz
+        .unwrap_or_else(|| if own_rate < OWN_RATE_FROM_HZ { REFERENCE_RATE_HZ } else { own_rate.min(LAST_RATE_HZ) });
     let duration_s = times[times.len() - 1] - times[0];
     let samples = duration_s * rate;
     if samples > MOST_SAMPLES {
@@ -164,7 +172,7 @@ pub fn prepare(
     let last = stretches.last_mut().expect("a recording has samples");
     let end = last.first + last.values.len() as u64;
     let cut = last.values.last().is_some_and(|force| (force - quiet.level()).abs() > CUT_N.max(6.0 * resolution_n));
-    let tail = (QUIET_AFTER_S * rate).ceil() as u64;
+    let tail = (LONGEST_AFTER_S * rate).ceil() as u64;
     if cut {
         notes.push(format!(
             "it ends at {} s while {:.1} N act: the rest of that contact is not known, it is marked truncated",
@@ -172,7 +180,8 @@ pub fn prepare(
             last.values[last.values.len() - 1] - quiet.level()
         ));
     }
-    last.values.extend((end..end + tail).map(|sample| quiet.at(sample as i64 - lead as i64)));
+    let in_recording = |sample: u64| sample as i64 - lead as i64;
+    last.values.extend((end..end + tail).map(|sample| quiet.after(in_recording(end), in_recording(sample))));
 
     Ok(Prepared {
         rate_hz: rate,

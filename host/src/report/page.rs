@@ -64,7 +64,8 @@ fn impact_section(impact: &ImpactReport, configuration: &Configuration) -> Marku
     html! {
         h2 { (impact.heading) }
         div class={ "verdict " (verdict.name()) } {
-            strong { (verdict_word(verdict)) } " " (words::explain_verdict(worst))
+            strong { (verdict_word(verdict)) } " " @if worst.contact > 0 { "In rebound " (worst.contact) ": " }
+            (words::explain_verdict(worst))
         }
         p {
             "The blow began at " (format!("{:.6} ", impact.clock.0)) (impact.clock.1) ". All times below count from there."
