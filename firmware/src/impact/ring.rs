@@ -57,6 +57,10 @@ const CLEAN_MISFIT: f32 = 2.0;
 const SHORTEST_PERIOD: f32 = 8.0;
 /// Points for each period.
 const POINTS_PER_PERIOD: f32 = 16.0;
+/// A long stretch has no more points than this: they get coarser, down to so many for each period, and what comes after the last
+/// one is not looked at.
+const MOST_POINTS: usize = 128;
+const FEWEST_PER_PERIOD: f32 = 8.0;
 /// The deviation at which growing stops, s.
 const ENOUGH: f32 = 15e-6;
 /// How far before the begin a stretch begins, as angle of the ring.
@@ -133,44 +137,9 @@ impl Fitted {
 
 impl Ringing {
     /// Force and its gradient at a point that is the mean of `width` samples.
+    #[cfg(test)]
     fn at(&self, position: f32, width: f32) -> (f32, [f32; UNKNOWNS]) {
-        let u = position - self.arc.begin;
-        if u <= 0.0 {
-            return (0.0, [0.0; UNKNOWNS]);
-        }
-        let (slope, lead, pulsation, decay) = (self.arc.slope, self.lead, self.pulsation, self.decay);
-        let curvature = self.arc.curvature;
-        let y = u + lead;
-        let curvature = curvature.max(-4.0 / (y * y).max(1.0)).min(11.0 / (y * y).max(1.0));
-        let arc = Shape::at(y, curvature);
-        let angle = pulsation * u;
-        let (sine, cosine) = (libm::sinf(angle), libm::cosf(angle));
-        // The mean of a sine over the width.
-        let half = 0.5 * pulsation * width;
-        let envelope = libm::expf(-decay * u) * (1.0 - half * half / 6.0).max(0.0);
-        let height = (1.0 + decay * lead) / pulsation - lead * lead * pulsation;
-        let ring = envelope * (lead * cosine + height * sine);
-        let ring_slope = envelope * pulsation * (height * cosine - lead * sine) - decay * ring;
-        let by_pulsation = envelope
-            * (u * (height * cosine - lead * sine)
-                - ((1.0 + decay * lead) / (pulsation * pulsation) + lead * lead) * sine);
-        let rate = 0.5 * curvature * lead + self.fading;
-        let fading = libm::expf(-rate * y);
-        let (value, rise) = (fading * arc.value, fading * (arc.by_x - rate * arc.value));
-        let shape = value - ring;
-        let gradient = [
-            shape,
-            slope * (fading * arc.by_curvature - 0.5 * lead * y * value),
-            -slope * (rise - ring_slope),
-            slope
-                * (rise
-                    - 0.5 * curvature * y * value
-                    - envelope * (cosine + (decay / pulsation - 2.0 * lead * pulsation) * sine)),
-            -slope * by_pulsation,
-            slope * (u * ring - envelope * lead / pulsation * sine),
-            -slope * y * value,
-        ];
-        (slope * shape, gradient)
+        Walk::new(self, width).at(position)
     }
 
     /// The next guess, within what the linearisation can mean and what is possible.
@@ -193,6 +162,99 @@ impl Ringing {
             pulsation,
             decay: (self.decay + by_decay).max(0.0).min(0.5 * pulsation),
         }
+    }
+}
+
+/// Force and gradient at one point after the other, equally far apart: sine, cosine and both fadings go on by one
+/// multiplication each, instead of being computed anew. Over 128 steps that strays by some 128·2⁻²⁴ = 8e-6, below what
+/// [`Flank::variance_of_mean`] allows the model.
+struct Walk {
+    ringing: Ringing,
+    /// Where the last point was, samples after the begin; none before it.
+    last: Option<f32>,
+    /// Distance of the points, and the mean of a sine over it.
+    width: f32,
+    smoothing: f32,
+    rate: f32,
+    turn: (f32, f32),
+    decay: f32,
+    fade: f32,
+    /// At the last point: e^(−δu)·(sin Ωu, cos Ωu), and the arc's fading.
+    sine: f32,
+    cosine: f32,
+    fading: f32,
+}
+
+impl Walk {
+    fn new(ringing: &Ringing, width: f32) -> Self {
+        let half = 0.5 * ringing.pulsation * width;
+        let rate = 0.5 * ringing.arc.curvature * ringing.lead + ringing.fading;
+        let angle = ringing.pulsation * width;
+        Self {
+            ringing: *ringing,
+            last: None,
+            width,
+            smoothing: (1.0 - half * half / 6.0).max(0.0),
+            rate,
+            turn: (libm::sinf(angle), libm::cosf(angle)),
+            decay: libm::expf(-ringing.decay * width),
+            fade: libm::expf(-rate * width),
+            sine: 0.0,
+            cosine: 0.0,
+            fading: 0.0,
+        }
+    }
+
+    fn step_to(&mut self, u: f32) {
+        if self.last.is_some() {
+            let (turn_sine, turn_cosine) = self.turn;
+            let (sine, cosine) = (self.sine, self.cosine);
+            self.sine = self.decay * (sine * turn_cosine + cosine * turn_sine);
+            self.cosine = self.decay * (cosine * turn_cosine - sine * turn_sine);
+            self.fading *= self.fade;
+        } else {
+            let angle = self.ringing.pulsation * u;
+            let envelope = libm::expf(-self.ringing.decay * u) * self.smoothing;
+            (self.sine, self.cosine) = (envelope * libm::sinf(angle), envelope * libm::cosf(angle));
+            self.fading = libm::expf(-self.rate * (u + self.ringing.lead));
+        }
+        self.last = Some(u);
+    }
+
+    /// At `position`, one width after the point before.
+    fn at(&mut self, position: f32) -> (f32, [f32; UNKNOWNS]) {
+        let Ringing { arc: Arc { begin, slope, curvature }, lead, pulsation, decay, .. } = self.ringing;
+        let u = position - begin;
+        if u <= 0.0 {
+            return (0.0, [0.0; UNKNOWNS]);
+        }
+        debug_assert!(self.last.is_none_or(|last| (u - last - self.width).abs() < 0.1));
+        self.step_to(u);
+        let (sine, cosine, fading) = (self.sine, self.cosine, self.fading);
+        let y = u + lead;
+        let most = 1.0 / (y * y).max(1.0);
+        let arc = Shape::at(y, curvature.max(-4.0 * most).min(11.0 * most));
+        let height = (1.0 + decay * lead) / pulsation - lead * lead * pulsation;
+        let ring = lead * cosine + height * sine;
+        let along = height * cosine - lead * sine;
+        let ring_slope = pulsation * along - decay * ring;
+        let by_pulsation =
+            u * along - ((1.0 + decay * lead) / (pulsation * pulsation) + lead * lead) * sine;
+        let (value, rise) = (fading * arc.value, fading * (arc.by_x - self.rate * arc.value));
+        let shape = value - ring;
+        let gradient = [
+            shape,
+            slope * (fading * arc.by_curvature - 0.5 * lead * y * value),
+            -slope * (rise - ring_slope),
+            slope
+                * (rise
+                    - 0.5 * curvature * y * value
+                    - (cosine + (decay / pulsation - 2.0 * lead * pulsation) * sine)),
+            -slope * by_pulsation,
+            slope * (u * ring - lead / pulsation * sine),
+            -slope * y * value,
+        ];
+        (slope * shape, gradient)
     }
 }
 
@@ -259,13 +321,14 @@ fn from_frequency<C: Curve>(
 /// Levenberg–Marquardt on a stretch of `length` samples from t₀ on.
 fn fit<C: Curve>(flank: &Flank, force: &Force<'_, C>, start: Ringing, length: f32, loss: f32) -> Option<Fitted> {
     let stretch = Stretch::of(flank, &start, length);
+    let points = stretch.points(flank, force);
     let mut ringing = start;
-    let mut normal = linearise(flank, force, &ringing, &stretch, loss)?;
+    let mut normal = linearise(flank, &points, &ringing, loss)?;
     let mut damping = 1e-3;
     for _ in 0..STEPS {
         let Some(step) = normal.damped(damping) else { break };
         let next = ringing.moved_by(step, flank);
-        let Some(there) = linearise(flank, force, &next, &stretch, loss) else { break };
+        let Some(there) = linearise(flank, &points, &next, loss) else { break };
         if there.cost < normal.cost {
             let gain = normal.cost - there.cost;
             (ringing, normal) = (next, there);
@@ -298,41 +361,57 @@ impl Stretch {
     fn of(flank: &Flank, ringing: &Ringing, length: f32) -> Self {
         let before = (LEAD_IN / ringing.pulsation).min(ringing.arc.begin + flank.reach as f32).max(0.0);
         let period = core::f32::consts::TAU / ringing.pulsation;
-        Self {
-            from: libm::ceilf(ringing.arc.begin - before) as isize,
-            to: libm::floorf(ringing.arc.begin + length) as isize,
-            width: ((period / POINTS_PER_PERIOD) as usize).clamp(1, PIECE),
-        }
+        let from = libm::ceilf(ringing.arc.begin - before) as isize;
+        let to = libm::floorf(ringing.arc.begin + length) as isize;
+        let fine = ((period / POINTS_PER_PERIOD) as usize).clamp(1, PIECE);
+        let coarse = ((period / FEWEST_PER_PERIOD) as usize).clamp(1, PIECE);
+        let samples = usize::try_from(to - from + 1).unwrap_or(0);
+        Self { from, to, width: fine.max(samples.div_ceil(MOST_POINTS).min(coarse)) }
     }
 
-    /// Calls `take(centre, mean)` for each point.
-    fn points<C: Curve>(&self, flank: &Flank, force: &Force<'_, C>, mut take: impl FnMut(f32, f32)) {
+    /// Reads the points once: every step of the fit sees the same ones.
+    fn points<C: Curve>(&self, flank: &Flank, force: &Force<'_, C>) -> Points {
         let width = self.width;
+        let first = self.from as f32 + (width - 1) as f32 / 2.0;
+        let mut points = Points { means: [0.0; MOST_POINTS], count: 0, first, width: width as f32 };
         let chunk = PIECE / width * width;
+        let share = 1.0 / width as f32;
         let mut piece = [0.0; PIECE];
         let mut at = self.from;
-        while at + width as isize <= self.to + 1 {
+        while at + width as isize <= self.to + 1 && points.count < MOST_POINTS {
             let wanted = chunk.min((self.to + 1 - at) as usize / width * width);
             let count = flank.read(force, at, &mut piece[..wanted]);
-            for (bin, values) in piece[..count].chunks_exact(width).enumerate() {
-                let centre = (at + (bin * width) as isize) as f32 + (width - 1) as f32 / 2.0;
-                take(centre, values.iter().sum::<f32>() / width as f32);
+            for (mean, values) in points.means[points.count..].iter_mut().zip(piece[..count].chunks_exact(width)) {
+                *mean = values.iter().sum::<f32>() * share;
             }
+            points.count = (points.count + count / width).min(MOST_POINTS);
             if count < wanted {
-                return;
+                break;
             }
             at += wanted as isize;
         }
+        points
     }
 }
 
-fn linearise<C: Curve>(
-    flank: &Flank,
-    force: &Force<'_, C>,
-    ringing: &Ringing,
-    stretch: &Stretch,
-    loss: f32,
-) -> Option<Normal<UNKNOWNS>> {
+/// The means of equally many samples each, one after the other.
+struct Points {
+    means: [f32; MOST_POINTS],
+    count: usize,
+    /// Centre of the first one, and distance of the next. Samples.
+    first: f32,
+    width: f32,
+}
+
+impl Points {
+    /// Centre and mean of each.
+    fn each(&self) -> impl Iterator<Item = (f32, f32)> {
+        let means = self.means[..self.count].iter();
+        means.enumerate().map(|(index, mean)| (self.first + self.width * index as f32, *mean))
+    }
+}
+
+fn linearise(flank: &Flank, points: &Points, ringing: &Ringing, loss: f32) -> Option<Normal<UNKNOWNS>> {
     let mut normal = Normal::new();
     let prior = flank.prior_curvature();
     let pulsation = ringing.pulsation;
@@ -341,11 +420,12 @@ fn linearise<C: Curve>(
     normal.expect(LEAD_PLACE, lead - ringing.lead, lead);
     normal.expect(DECAY, DAMPING.0 * pulsation - ringing.decay, DAMPING.1 * pulsation);
     normal.expect(FADING_PLACE, -ringing.fading, loss * libm::sqrtf(prior));
-    let variance = flank.variance_of_mean(stretch.width);
-    stretch.points(flank, force, |centre, mean| {
-        let (value, gradient) = ringing.at(centre, stretch.width as f32);
+    let variance = flank.variance_of_mean(points.width as usize);
+    let mut walk = Walk::new(ringing, points.width);
+    for (centre, mean) in points.each() {
+        let (value, gradient) = walk.at(centre);
         normal.add(gradient, mean - value, variance);
-    });
+    }
     (normal.points >= 8).then_some(normal)
 }
 
@@ -356,11 +436,11 @@ fn arc_alone<C: Curve>(flank: &Flank, force: &Force<'_, C>, fitted: &Fitted) -> 
     let arc = flank.arc_over(force, start, fitted.length)?;
     let variance = flank.variance_of_mean(fitted.stretch.width);
     let mut squares = 0.0;
-    fitted.stretch.points(flank, force, |centre, mean| {
+    for (centre, mean) in fitted.stretch.points(flank, force).each() {
         let y = (centre - arc.begin).max(0.0);
         let rest = mean - arc.slope * Shape::at(y, arc.curvature).value;
         squares += rest * rest / variance;
-    });
+    }
     Some(squares)
 }
 
