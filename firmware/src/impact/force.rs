@@ -20,6 +20,8 @@ pub struct Force<'a, C> {
     baseline: &'a Baseline,
     /// Samples from the baseline's origin to the curve's first sample.
     shift: f32,
+    /// Cosine and sine of each tone's turn over a stride.
+    turns: [(f32, f32); TONES],
     len: usize,
 }
 
@@ -33,6 +35,10 @@ impl<'a, C: Curve> Force<'a, C> {
             calibration: Calibration::new(&context.configuration.configuration.chain),
             baseline: &context.baseline,
             shift,
+            turns: context.baseline.tones.map(|tone| {
+                let stride = tone.radians_per_sample * STRIDE as f32;
+                (libm::cosf(stride), libm::sinf(stride))
+            }),
             len: curve.len().min(usize::try_from(wanted).unwrap_or(usize::MAX)),
         }
     }
@@ -89,14 +95,13 @@ impl<'a, C: Curve> Force<'a, C> {
     }
 
     fn remove_tone(&self, tone: usize, n: f32, forces: &mut [f32]) {
+        let (turn_cosine, turn_sine) = self.turns[tone];
         let tone = &self.baseline.tones[tone];
         if tone.in_phase == 0.0 && tone.quadrature == 0.0 {
             return;
         }
         let phase = tone.radians_per_sample * n;
         let (mut sine, mut cosine) = (libm::sinf(phase), libm::cosf(phase));
-        let stride = tone.radians_per_sample * STRIDE as f32;
-        let (turn_sine, turn_cosine) = (libm::sinf(stride), libm::cosf(stride));
         let mut value = tone.in_phase * cosine + tone.quadrature * sine;
         for run in forces.chunks_mut(STRIDE) {
             (cosine, sine) = (cosine * turn_cosine - sine * turn_sine, sine * turn_cosine + cosine * turn_sine);
