@@ -238,8 +238,7 @@ impl Walk {
         let ring = lead * cosine + height * sine;
         let along = height * cosine - lead * sine;
         let ring_slope = pulsation * along - decay * ring;
-        let by_pulsation =
-            u * along - ((1.0 + decay * lead) / (pulsation * pulsation) + lead * lead) * sine;
+        let by_pulsation = u * along - ((1.0 + decay * lead) / (pulsation * pulsation) + lead * lead) * sine;
         let (value, rise) = (fading * arc.value, fading * (arc.by_x - self.rate * arc.value));
         let shape = value - ring;
         let gradient = [
@@ -247,9 +246,7 @@ impl Walk {
             slope * (fading * arc.by_curvature - 0.5 * lead * y * value),
             -slope * (rise - ring_slope),
             slope
-                * (rise
-                    - 0.5 * curvature * y * value
-                    - (cosine + (decay / pulsation - 2.0 * lead * pulsation) * sine)),
+                * (rise - 0.5 * curvature * y * value - (cosine + (decay / pulsation - 2.0 * lead * pulsation) * sine)),
             -slope * by_pulsation,
             slope * (u * ring - lead / pulsation * sine),
             -slope * y * value,
