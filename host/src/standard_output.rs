@@ -23,7 +23,7 @@ pub fn write(bytes: &[u8]) -> std::io::Result<()> {
     }
 }
 
-/// Writes the text of [`say!`].
+/// Writes the text of `say!`.
 ///
 /// # Panics
 /// When standard output cannot be written, other than because nobody reads it: `println!` would, too.
