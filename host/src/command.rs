@@ -4,6 +4,7 @@ use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 mod configure;
 mod demo;
+mod diagnose;
 mod hit;
 mod monitor;
 mod record;
@@ -34,6 +35,7 @@ enum Command {
     Simulate(simulate::Simulate),
     Replay(replay::Replay),
     Sensor(sensor::Sensor),
+    Diagnose(diagnose::Diagnose),
     Hit(hit::Hit),
     Configure(configure::Configure),
     Monitor(monitor::Monitor),
@@ -61,6 +63,7 @@ impl Thud {
             Command::Simulate(command) => command.run(),
             Command::Replay(command) => command.run(),
             Command::Sensor(command) => command.run(),
+            Command::Diagnose(command) => command.run(),
             Command::Hit(command) => command.run(),
             Command::Configure(command) => command.run(),
             Command::Monitor(command) => command.run(),
