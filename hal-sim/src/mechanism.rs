@@ -11,15 +11,15 @@
 //!
 //! | site | door | mechanisms |
 //! |---|---|---|
-//! | pad | [`ForceLaw`](crate::rig::ForceLaw) on `assembly.pad`: force from depth, rate and states of its own; a knot where its form changes | `hunt-crossley-damping`, `viscous-damping`, `rate-stiffening` and `air-damping` (depend on the rate; the latter with a laminar part, since a massless piece cannot be balanced by a drag that vanishes with the square of its rate), `pad-relaxation` (a state: the strain of the viscous branch), `hardening` (elastic), `adhesion` (a law that holds at negative depth until `Element::pull_off_n` is passed), `clearance` (a knot: no force below the gap) |
-//! | pad, spring | `stiffness_n_per_m` of the element, changed once with the approach's order number in hand | `mullins-softening`, spring repeatability, a wrong spring |
-//! | spring | `ForceLaw` on `assembly.spring`, with a knot | `end-stop` |
+//! | pad | [`ForceLaw`](crate::rig::ForceLaw) on `assembly.contact_laws`: force from depth, rate and states of its own; a knot where its form changes | `hunt-crossley-damping`, `viscous-damping` (depend on the rate), `pad-relaxation` (a state: the strain of the viscous branch), `hardening` (elastic) |
+//! | pad, spring | `stiffness_n_per_m` of the element, changed once with the approach's speed and order number in hand | `rate-stiffening`, `mullins-softening`, spring repeatability, a wrong spring |
+//! | spring | `ForceLaw` on `assembly.spring`, with a knot or a rate | `end-stop`, `clearance` (a part bears only beyond a gap), `air-damping` (with a laminar part, since a massless piece cannot be balanced by a drag that vanishes with the square of its rate) |
 //! | guide | numbers of [`Guide`](crate::rig::Guide): Coulomb level, static ratio, load coefficient, share through the cell | `guide-friction`, `stiction`, `load-dependent-friction` |
 //! | piece, base | a body: `assembly.piece`; a frame is a second body below the spring | `moving-piece-inertia`, `frame-compliance` |
 //! | robot | `assembly.joint` splits the robot's mass in tip and link | `joint-elasticity`, `force-ceiling` (the joint's force saturates) |
 //! | drive | [`Drive`](crate::rig::Drive): force on the robot from time since contact, position, velocity, and time since a trigger (a force passed for a delay) | `robot-push`, `collision-reaction`, `air-drag` |
 //! | initial condition | `assembly.approach`, changed before the motion begins: speed, mass by configuration, order | `speed-error`, `pose-dependent-mass`, `link-oscillation` (speed at contact as function of order or phase) |
-//! | chain | [`Stage`](crate::rig::Stage): works on the sampled signal, in order | `piezo-discharge`, `charge-drift`, `clipping`, `filter-lag`, `mains-hum`, `gain-error`, `lost-samples` (sets samples to NaN) |
+//! | chain | [`Stage`](crate::rig::Stage): works on the sampled signal, in order | `piezo-discharge`, `charge-drift`, `clipping`, `filter-lag`, `mains-hum`, `gain-error`, `lost-samples` (later samples come early) |
 //!
 //! A new site (say, a second robot joint) is a change of the assembly; a new mechanism at a known site is not.
 
@@ -205,8 +205,24 @@ impl Mechanism {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
+    use crate::rig::{Accuracy, Approach, Impact, Rig};
+
+    /// One impact of 0.3 s at this speed (m/s) of this mass (kg).
+    pub(crate) fn strike(rig: Rig, speed_m_per_s: f64, mass_kg: f64, effects: &[&str]) -> Impact {
+        strike_as(rig, Approach::new(speed_m_per_s, mass_kg), effects)
+    }
+
+    /// The same with a place in its campaign.
+    pub(crate) fn strike_as(rig: Rig, approach: Approach, effects: &[&str]) -> Impact {
+        let effects: Vec<Effect> = effects.iter().map(|text| text.parse().expect("a listed mechanism")).collect();
+        rig.strike(&approach, &effects, 0.3, Accuracy::default()).unwrap_or_else(|error| panic!("{effects:?}: {error}"))
+    }
+
+    pub(crate) fn near(what: &str, value: f64, expected: f64, tolerance: f64) {
+        assert!((value - expected).abs() <= tolerance, "{what}: {value}, expected {expected} ± {tolerance}");
+    }
 
     #[test]
     fn every_mechanism_is_described_once_and_within_its_own_ranges() {
