@@ -40,6 +40,7 @@ mod moving_piece_inertia;
 mod pad_relaxation;
 mod parameter;
 mod piezo_discharge;
+mod rate_stiffening;
 mod robot_push;
 mod speed_error;
 mod stiction;
@@ -55,6 +56,7 @@ pub static LIST: &[&Mechanism] = &[
     &hunt_crossley_damping::MECHANISM,
     &viscous_damping::MECHANISM,
     &pad_relaxation::MECHANISM,
+    &rate_stiffening::MECHANISM,
     &hardening::MECHANISM,
     &end_stop::MECHANISM,
     &guide_friction::MECHANISM,
