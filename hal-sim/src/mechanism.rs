@@ -37,6 +37,7 @@ mod joint_elasticity;
 mod load_dependent_friction;
 mod mains_hum;
 mod moving_piece_inertia;
+mod mullins_softening;
 mod pad_relaxation;
 mod parameter;
 mod piezo_discharge;
@@ -57,6 +58,7 @@ pub static LIST: &[&Mechanism] = &[
     &viscous_damping::MECHANISM,
     &pad_relaxation::MECHANISM,
     &rate_stiffening::MECHANISM,
+    &mullins_softening::MECHANISM,
     &hardening::MECHANISM,
     &end_stop::MECHANISM,
     &guide_friction::MECHANISM,
