@@ -25,6 +25,7 @@
 
 mod air_drag;
 mod charge_drift;
+mod clearance;
 mod clipping;
 mod collision_reaction;
 mod effect;
@@ -61,6 +62,7 @@ pub static LIST: &[&Mechanism] = &[
     &mullins_softening::MECHANISM,
     &hardening::MECHANISM,
     &end_stop::MECHANISM,
+    &clearance::MECHANISM,
     &guide_friction::MECHANISM,
     &load_dependent_friction::MECHANISM,
     &stiction::MECHANISM,
