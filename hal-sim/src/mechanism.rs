@@ -23,6 +23,7 @@
 //!
 //! A new site (say, a second robot joint) is a change of the assembly; a new mechanism at a known site is not.
 
+mod air_damping;
 mod air_drag;
 mod charge_drift;
 mod clearance;
@@ -63,6 +64,7 @@ pub static LIST: &[&Mechanism] = &[
     &hardening::MECHANISM,
     &end_stop::MECHANISM,
     &clearance::MECHANISM,
+    &air_damping::MECHANISM,
     &guide_friction::MECHANISM,
     &load_dependent_friction::MECHANISM,
     &stiction::MECHANISM,
