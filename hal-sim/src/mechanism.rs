@@ -43,6 +43,7 @@ mod mullins_softening;
 mod pad_relaxation;
 mod parameter;
 mod piezo_discharge;
+mod pose_dependent_mass;
 mod rate_stiffening;
 mod robot_push;
 mod speed_error;
@@ -72,6 +73,7 @@ pub static LIST: &[&Mechanism] = &[
     &joint_elasticity::MECHANISM,
     &robot_push::MECHANISM,
     &collision_reaction::MECHANISM,
+    &pose_dependent_mass::MECHANISM,
     &speed_error::MECHANISM,
     &piezo_discharge::MECHANISM,
     &charge_drift::MECHANISM,
