@@ -31,6 +31,7 @@ mod clipping;
 mod collision_reaction;
 mod effect;
 mod end_stop;
+mod filter_lag;
 mod gain_error;
 mod guide_friction;
 mod hardening;
@@ -78,6 +79,7 @@ pub static LIST: &[&Mechanism] = &[
     &piezo_discharge::MECHANISM,
     &charge_drift::MECHANISM,
     &clipping::MECHANISM,
+    &filter_lag::MECHANISM,
     &mains_hum::MECHANISM,
     &gain_error::MECHANISM,
     &air_drag::MECHANISM,
