@@ -38,6 +38,7 @@ mod hardening;
 mod hunt_crossley_damping;
 mod joint_elasticity;
 mod load_dependent_friction;
+mod lost_samples;
 mod mains_hum;
 mod moving_piece_inertia;
 mod mullins_softening;
@@ -82,6 +83,7 @@ pub static LIST: &[&Mechanism] = &[
     &filter_lag::MECHANISM,
     &mains_hum::MECHANISM,
     &gain_error::MECHANISM,
+    &lost_samples::MECHANISM,
     &air_drag::MECHANISM,
 ];
 
