@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 
 use super::{Approach, Kind, Rig, RigError};
-use crate::mechanism::Effect;
+use crate::mechanism::{Effect, Site};
 
 /// The rig for one impact, after all effects have entered.
 #[derive(Debug)]
@@ -53,7 +53,9 @@ impl Assembly {
             gravity_m_per_s2: rig.gravity_m_per_s2,
             chain: Vec::new(),
         };
-        for effect in effects.iter().filter(|effect| !effect.is_null()) {
+        let mut effects: Vec<&Effect> = effects.iter().filter(|effect| !effect.is_null()).collect();
+        effects.sort_by_key(|effect| turn(effect.mechanism().site));
+        for effect in effects {
             (effect.mechanism().enter)(effect, &mut assembly);
         }
         assembly.approach.check()?;
@@ -63,6 +65,17 @@ impl Assembly {
             None => assembly.spring.laws.extend(laws),
         }
         Ok(assembly)
+    }
+}
+
+/// When effects at this site enter: first what says how fast and how heavy the robot is, on which its joint depends,
+/// then the piece, which may bring the contact that the pad's effects act on. Effects of one turn keep their order,
+/// which for the chain is the way of the signal.
+fn turn(site: Site) -> u8 {
+    match site {
+        Site::InitialCondition => 0,
+        Site::Piece => 1,
+        _ => 2,
     }
 }
 
@@ -92,6 +105,9 @@ pub struct Deformation {
     pub depth_m: f64,
     /// Its rate, m/s.
     pub rate_m_per_s: f64,
+    /// Linear stiffness of the element, N/m, after every effect has entered; laws that scale with it take it from here,
+    /// so that it does not matter which effect entered first.
+    pub linear_n_per_m: f64,
     /// Whether the depth is beyond the law's [`ForceLaw::knot_m`]; it holds for a whole smooth stretch of the
     /// motion, so that the solver never steps across a kink.
     pub beyond_knot: bool,

@@ -739,7 +739,7 @@ fn respond(element: &Element, depth_m: f64, rate_m_per_s: f64, beyond: u32, stat
             let states = &states[first..first + law.states()];
             first += states.len();
             if law.depends_on_rate() == with_rate {
-                let deformation = Deformation { depth_m, rate_m_per_s, beyond_knot: beyond & (1 << number) != 0 };
+                let deformation = deformation(element, depth_m, rate_m_per_s, beyond, number);
                 let added = law.respond(deformation, elastic, states);
                 if with_rate { total += added } else { elastic += added }
             }
@@ -749,11 +749,17 @@ fn respond(element: &Element, depth_m: f64, rate_m_per_s: f64, beyond: u32, stat
     total
 }
 
+/// The deformation as the element's law with this number sees it.
+fn deformation(element: &Element, depth_m: f64, rate_m_per_s: f64, beyond: u32, number: usize) -> Deformation {
+    let beyond_knot = beyond & (1 << number) != 0;
+    Deformation { depth_m, rate_m_per_s, linear_n_per_m: element.stiffness_n_per_m, beyond_knot }
+}
+
 fn law_rates(element: &Element, depth_m: f64, rate_m_per_s: f64, beyond: u32, states: &[f64], rates: &mut [f64]) {
     let mut first = 0;
     for (number, law) in element.laws.iter().enumerate() {
         let end = first + law.states();
-        let deformation = Deformation { depth_m, rate_m_per_s, beyond_knot: beyond & (1 << number) != 0 };
+        let deformation = deformation(element, depth_m, rate_m_per_s, beyond, number);
         law.state_rates(deformation, &states[first..end], &mut rates[first..end]);
         first = end;
     }
