@@ -32,6 +32,8 @@ pub enum Search {
     Typical,
     /// At each of these.
     OneOf(&'static [f64]),
+    /// At each of these, and held there: a whole number.
+    Whole(&'static [f64]),
     /// Spread over the plausible range.
     Plausible,
     /// At parts of the strokes that the springs have made.
@@ -63,7 +65,7 @@ impl Parameter {
     /// Whether it is held at its value when a mechanism is fitted.
     #[must_use]
     pub fn is_held(&self) -> bool {
-        self.search == Search::Held
+        matches!(self.search, Search::Held | Search::Whole(_))
     }
 
     /// Whether every impact has a value of its own.

@@ -21,9 +21,36 @@ pub struct Answer {
     pub format: &'static str,
     pub verdict: &'static str,
     pub baseline: Baseline,
+    #[serde(rename = "where")]
+    pub places: Vec<Place>,
     pub mechanisms: Vec<Named>,
     pub model: ModelFit,
     pub rejected: Vec<Rejected>,
+    pub unexplained: Unexplained,
+    pub advice: Vec<String>,
+}
+
+/// A place where the re-tuned baseline and the recordings differ.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[expect(missing_docs, non_snake_case, reason = "the contract's own keys")]
+pub struct Place {
+    pub phase: &'static str,
+    pub time_from_contact_s: [f64; 2],
+    pub frequency_Hz: [f64; 2],
+    pub recordings: Vec<String>,
+    pub depends_on: Vec<&'static str>,
+    pub share: f64,
+    pub p_value: f64,
+}
+
+/// What is left that no mechanism explains.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "the contract's own keys")]
+pub struct Unexplained {
+    pub share: f64,
+    pub depends_on: Vec<&'static str>,
+    pub form: String,
+    pub held_out_rmse: f64,
 }
 
 /// How the standard's own simulation does.
@@ -104,6 +131,7 @@ pub fn answer(diagnosis: &Diagnosis) -> Answer {
             noise_rms: noise,
             parameters: Vec::new(),
         },
+        places: Vec::new(),
         mechanisms: (0..selection.best.fit.layout.entrants.len())
             .map(|place| {
                 let entrant = &selection.best.fit.layout.entrants[place];
@@ -127,6 +155,8 @@ pub fn answer(diagnosis: &Diagnosis) -> Answer {
             .iter()
             .map(|(place, trial)| rejected(diagnosis, *place, trial))
             .collect(),
+        unexplained: Unexplained::default(),
+        advice: Vec::new(),
     }
 }
 

@@ -110,7 +110,7 @@ impl Reach {
         };
         match parameter.search {
             Search::Held | Search::EachImpact | Search::Typical => Vec::new(),
-            Search::OneOf(values) => values.to_vec(),
+            Search::OneOf(values) | Search::Whole(values) => values.to_vec(),
             Search::Strength => {
                 // A finite strength that is neither lost in rounding nor another regime: a third up its likely values.
                 vec![spaced(3, low, high)[usize::from(parameter.scale == Scale::Linear) * 2]]
