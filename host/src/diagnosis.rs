@@ -14,10 +14,12 @@ pub mod candidate;
 pub mod fit;
 pub mod held_out;
 pub mod layout;
+pub mod locate;
 pub mod noise;
 pub mod omnibus;
 pub mod predict;
 pub mod problem;
+pub mod rest;
 pub mod screen;
 pub mod select;
 pub mod spectrum;
@@ -109,12 +111,16 @@ pub struct Diagnosis {
     pub problem: Problem,
     /// The baseline exactly as stated: only contact instants and offsets are fitted.
     pub nominal: Fit,
+    /// The re-tuned baseline with its offsets as the quiet before contact shows them: what is located.
+    pub located: Fit,
     /// Baseline, chosen model and its rivals.
     pub selection: Selection,
     /// The baseline on recordings left out.
     pub baseline_held_out: HeldOut,
     /// The chosen model on recordings left out.
     pub held_out: HeldOut,
+    /// What no mechanism explains, as a map.
+    pub map: Option<rest::Map>,
     /// What was odd.
     pub notes: Vec<Note>,
 }
@@ -138,8 +144,11 @@ pub fn diagnose(
     let start = layout.start(&problem);
     let nominal = Fit::run(&problem, layout.clone(), start, &all, Effort::NOMINAL).ok_or_else(impossible)?;
     let baseline = Fit::run(&problem, layout, nominal.point.clone(), &all, Effort::FULL).ok_or_else(impossible)?;
+    let seen = Layout { offsets_as_seen: true, ..baseline.layout.clone() };
+    let located = Fit::run(&problem, seen, baseline.point.clone(), &all, Effort::AGAIN).unwrap_or_else(|| baseline.clone());
     let lines = |fit: &Fit| fit.lines_hz(&problem);
     let selection = select(&problem, baseline, &mechanisms, &lines, progress).ok_or_else(impossible)?;
+    let map = verdict::remains(&selection).then(|| rest::map(&problem, &selection.best.fit, &selection.tangent)).flatten();
     progress("recordings left out");
     let baseline_held_out = held_out::held_out(&problem, &selection.baseline);
     let held_out = if selection.best.fit.layout.entrants.is_empty() {
@@ -147,5 +156,5 @@ pub fn diagnose(
     } else {
         held_out::held_out(&problem, &selection.best.fit)
     };
-    Ok(Diagnosis { problem, nominal, selection, baseline_held_out, held_out, notes })
+    Ok(Diagnosis { problem, nominal, located, selection, baseline_held_out, held_out, map, notes })
 }

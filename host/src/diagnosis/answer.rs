@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::Diagnosis;
 use super::held_out::{pooled, rmse};
 use super::layout::{Role, coordinate_of, value_of};
+use super::locate::locate;
 use super::predict;
 use super::select::Trial;
 use super::verdict::{Verdict, remains, rest_share, twins};
@@ -131,7 +132,7 @@ pub fn answer(diagnosis: &Diagnosis) -> Answer {
             noise_rms: noise,
             parameters: Vec::new(),
         },
-        places: Vec::new(),
+        places: locate(problem, &diagnosis.located),
         mechanisms: (0..selection.best.fit.layout.entrants.len())
             .map(|place| {
                 let entrant = &selection.best.fit.layout.entrants[place];
@@ -155,14 +156,34 @@ pub fn answer(diagnosis: &Diagnosis) -> Answer {
             .iter()
             .map(|(place, trial)| rejected(diagnosis, *place, trial))
             .collect(),
-        unexplained: Unexplained::default(),
+        unexplained: unexplained(diagnosis, held_out),
         advice: Vec::new(),
+    }
+}
+
+/// What is left beyond the chosen model. The map's gain on recordings left out is known at the thinned samples, where the noise is less; the
+/// noise itself it cannot lower, so that the same mean square goes off at the full rate.
+fn unexplained(diagnosis: &Diagnosis, held_out_rmse: f64) -> Unexplained {
+    let selection = &diagnosis.selection;
+    let places = locate(&diagnosis.problem, &selection.best.fit);
+    let Some(map) = &diagnosis.map else {
+        return Unexplained { held_out_rmse, ..Unexplained::default() };
+    };
+    let (without, with) = map.held_out_square;
+    let lower = (held_out_rmse.powi(2) - (without - with)).max(0.0).sqrt();
+    let mut depends_on: Vec<&'static str> = places.iter().flat_map(|place| place.depends_on.clone()).collect();
+    depends_on.sort_unstable();
+    depends_on.dedup();
+    Unexplained {
+        share: rest_share(selection.rest, selection.baseline_rest),
+        depends_on,
+        form: map.form.clone(),
+        held_out_rmse: lower.max(diagnosis.problem.noise_rms() * 0.9),
     }
 }
 
 fn rejected(diagnosis: &Diagnosis, place: usize, trial: &Trial) -> Rejected {
     let id = trial.fit.layout.entrants.last().map_or("", |entrant| entrant.effect.mechanism().id);
-    let _ = rest_share;
     Rejected {
         id: id.to_owned(),
         because: format!("{place}: BIC {:+.1}, χ² {:.1}", trial.bic - diagnosis.selection.best.bic, trial.fit.cost),

@@ -382,6 +382,33 @@ fn prior_cost(problem: &Problem, layout: &Layout, point: &Point, part: Part<'_>)
 }
 
 impl Tangent {
+    /// The same of some recordings only.
+    #[must_use]
+    pub fn only(&self, recordings: &[usize]) -> Self {
+        Self {
+            recordings: recordings.iter().map(|number| self.recordings[*number].clone()).collect(),
+            global_prior: self.global_prior.clone(),
+        }
+    }
+
+    /// What one recording's own coordinates leave of a whitened residual, to first order.
+    #[must_use]
+    pub fn local_rest(&self, recording: usize, residual: &[f64]) -> Vec<f64> {
+        let columns = &self.recordings[recording];
+        let values = DVector::from_column_slice(residual);
+        let mut matrix = columns.local.tr_mul(&columns.local);
+        for place in 0..matrix.ncols() {
+            matrix[(place, place)] = matrix[(place, place)] * (1.0 + 1e-9) + columns.local_prior[place].powi(2) + 1e-12;
+        }
+        match matrix.cholesky() {
+            Some(factor) => {
+                let moved = factor.solve(&columns.local.tr_mul(&values));
+                (values - &columns.local * moved).as_slice().to_vec()
+            }
+            None => residual.to_vec(),
+        }
+    }
+
     /// Jᵀs of a signature: whitened, one vector for each recording of the part (empty: nothing there).
     #[must_use]
     pub fn transposed(&self, signature: &[Vec<f64>]) -> (DVector<f64>, Vec<DVector<f64>>) {

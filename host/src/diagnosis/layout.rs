@@ -117,6 +117,9 @@ pub struct Layout {
     pub locals: Vec<Coordinate>,
     /// How many of the globals are the rig's.
     pub of_rig: usize,
+    /// Whether offsets are held where the quiet before contact shows them. A fit is free to move them, which hides a rest after
+    /// contact; to see where a misfit is, they must not.
+    pub offsets_as_seen: bool,
 }
 
 /// Values for all coordinates.
@@ -201,7 +204,7 @@ impl Layout {
                 if parameter.is_of_each_impact() { locals.push(coordinate) } else { globals.push(coordinate) }
             }
         }
-        Self { entrants, globals, locals, of_rig }
+        Self { entrants, globals, locals, of_rig, offsets_as_seen: false }
     }
 
     /// Where a fit without experience begins: everything as believed, contact and offsets as guessed, mechanisms as given.
@@ -274,6 +277,9 @@ impl Layout {
                 let speed = problem.recordings[recording].speed;
                 let relative = if speed.value == 0.0 { 0.0 } else { speed.sd / speed.value.abs() };
                 Some((0.0, relative.max(LEAST_SD)))
+            }
+            Role::Offset(channel) if self.offsets_as_seen => {
+                Some((problem.recordings[recording].offset_guess[channel], 1e-3 * problem.channels[channel].noise.rms()))
             }
             _ => coordinate.prior,
         }
