@@ -13,6 +13,22 @@ use crate::effect::Parameter;
 use crate::plan::{CELL_N_PER_M, Estimate};
 use crate::world::Kind;
 
+/// Format of the answers.
+pub const FORMAT: &str = "thud-answers/1";
+
+/// The answers of a run.
+#[derive(Debug, Serialize)]
+pub struct Answers {
+    /// [`FORMAT`].
+    pub format: &'static str,
+    /// Composition of the run, where it has one.
+    pub mix: Option<String>,
+    /// Seed of the run.
+    pub seed: u64,
+    /// The cases in order.
+    pub cases: Vec<Answer>,
+}
+
 /// Everything that is true about a case.
 #[derive(Debug, Serialize)]
 pub struct Answer {

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use clap::{Parser, Subcommand, ValueEnum};
 use thud_conceal::case::{self, Request, Way};
 use thud_conceal::effect::{self, Confined, Effect};
-use thud_conceal::files::{self, Answer};
+use thud_conceal::files::{self, Answer, Answers};
 use thud_conceal::mix::{self, Mix};
 use thud_conceal::plan::Wish;
 use thud_conceal::world::Kind;
@@ -109,6 +109,10 @@ fn main() -> ExitCode {
     }
 }
 
+fn word(mix: Mix) -> String {
+    mix.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
 fn known(id: &str) -> Result<&'static Effect, String> {
     effect::named(id).ok_or_else(|| format!("`{id}` is not an effect; `thud-conceal effects` lists those that are"))
 }
@@ -129,7 +133,7 @@ fn run(command: Command) -> Result<(), String> {
                 );
             }
             let answer_value = files::write(&case, &out, "campaign").map_err(|e| cannot_write(&out, &e))?;
-            write_json(&answer, &answer_value)
+            write_json(&answer, &Answers { format: files::FORMAT, mix: None, seed, cases: vec![answer_value] })
         }
         Command::Draw { cases, seed, out, answers, mix, only, recordings, threads } => {
             enough(recordings)?;
@@ -140,7 +144,8 @@ fn run(command: Command) -> Result<(), String> {
                 Some(effect) => mix::only(effect, cases, seed, recordings),
             };
             let list = draw(&requests, &out, threads)?;
-            write_json(&answers, &list)
+            let mix = only.map_or_else(|| word(mix), |effect| effect.id.to_owned());
+            write_json(&answers, &Answers { format: files::FORMAT, mix: Some(mix), seed, cases: list })
         }
     }
 }

@@ -60,10 +60,13 @@ fn request(draw: &mut Draw, way: Way, effects: Vec<(&'static Effect, f64)>, reco
     Request { way, effects, wish, seed: draw.seed() }
 }
 
+/// Effects that are only a wrong number.
+const WRONG_NUMBERS: [&str; 3] = ["gain-error", "pose-dependent-mass", "speed-error"];
+
 /// A strength in one of the four ranges. What is only a wrong number (gain, mass, speed) has strength in units of its stated
 /// uncertainty; its ranges end where nobody would believe the number any more.
 fn strong(draw: &mut Draw, effect: &Effect, range: usize) -> f64 {
-    let (low, high) = if ["gain-error", "pose-dependent-mass", "speed-error"].contains(&effect.id) {
+    let (low, high) = if WRONG_NUMBERS.contains(&effect.id) {
         [(5.0, 8.0), (8.0, 12.0), (12.0, 17.0), (17.0, 24.0)][range]
     } else {
         STRENGTHS[range]
@@ -137,7 +140,8 @@ fn unlike_pair(draw: &mut Draw, all: &[&'static Effect]) -> [&'static Effect; 2]
         let twins = effect::TWINS.iter().any(|(x, y)| (a.id, b.id) == (*x, *y) || (b.id, a.id) == (*x, *y));
         // Frictions are one kind of thing; a fall has no rig; both must fit one campaign.
         let together = [Kind::Impact, Kind::Drop].iter().any(|k| a.kinds.contains(k) && b.kinds.contains(k));
-        if a.id != b.id && !twins && together {
+        let numbers = WRONG_NUMBERS.contains(&a.id) || WRONG_NUMBERS.contains(&b.id);
+        if a.id != b.id && !twins && together && !numbers {
             return [a, b];
         }
     }

@@ -7,7 +7,7 @@ use crate::plan::Plan;
 pub(super) fn hunt_crossley(_: &mut Draw, _: &Plan, touched: &[bool]) -> Shaped {
     let touched = touched.to_vec();
     Shaped::new(
-        (0.1, 3.0),
+        (0.1, 1.0),
         move |s, i, world| {
             if touched[i] {
                 world.pad.alpha_s_per_m += s;
@@ -20,7 +20,7 @@ pub(super) fn hunt_crossley(_: &mut Draw, _: &Plan, touched: &[bool]) -> Shaped 
 pub(super) fn viscous(_: &mut Draw, _: &Plan, touched: &[bool]) -> Shaped {
     let touched = touched.to_vec();
     Shaped::new(
-        (10.0, 1000.0),
+        (10.0, 150.0),
         move |s, i, world| {
             if touched[i] {
                 world.pad.dashpot_n_s_per_m += s;
@@ -40,7 +40,7 @@ pub(super) fn relaxation(draw: &mut Draw, plan: &Plan, _: &[bool]) -> Shaped {
     let pad = plan.pad_n_per_m;
     let branch = move |s: f64, j: usize| (s * weights[j] / total, times[j]);
     Shaped::new(
-        (0.05, 2.0),
+        (0.05, 0.8),
         move |s, _, world| {
             for j in 0..3 {
                 let (share, tau) = branch(s, j);
@@ -73,7 +73,7 @@ pub(super) fn rate_stiffening(draw: &mut Draw, _: &Plan, _: &[bool]) -> Shaped {
 pub(super) fn mullins(draw: &mut Draw, _: &Plan, _: &[bool]) -> Shaped {
     let hits = draw.uniform(2.0, 5.0);
     Shaped::new(
-        (0.2, 3.0),
+        (0.2, 0.6),
         move |s, i, world| world.pad.stiffness_n_per_m *= 1.0 + s * (-(i as f64) / hits).exp(),
         move |s| vec![parameter("softening", "", s), parameter("hits", "", hits)],
     )
@@ -142,7 +142,7 @@ pub(super) fn adhesion(_: &mut Draw, _: &Plan, touched: &[bool]) -> Shaped {
 pub(super) fn air(_: &mut Draw, _: &Plan, touched: &[bool]) -> Shaped {
     let touched = touched.to_vec();
     Shaped::new(
-        (16.0, 3000.0),
+        (16.0, 400.0),
         move |s, i, world| {
             if touched[i] {
                 world.spring.air_n_s2_per_m2 = s;

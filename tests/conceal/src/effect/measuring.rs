@@ -72,7 +72,7 @@ pub(super) fn gain(draw: &mut Draw, _: &Plan, touched: &[bool]) -> Shaped {
     let touched = touched.to_vec();
     let sign = draw.sign();
     Shaped::new(
-        (0.15, 1.5),
+        (0.15, 0.7),
         move |s, i, world| {
             if touched[i] {
                 world.chain.gain *= (sign * s).exp();

@@ -29,7 +29,7 @@ pub(super) fn sway(draw: &mut Draw, plan: &Plan, touched: &[bool]) -> Shaped {
     let hz = draw.log_uniform(3.0, 13.0);
     let phases: Vec<f64> = plan.recordings.iter().map(|_| draw.uniform(0.0, TAU)).collect();
     Shaped::new(
-        (3e-4, 0.1),
+        (3e-4, 0.02),
         move |s, i, world| {
             if touched[i] {
                 let w = TAU * hz;
@@ -115,7 +115,7 @@ pub(super) fn pose_mass(draw: &mut Draw, plan: &Plan, touched: &[bool]) -> Shape
         if all { draw.index(plan.configurations.len()) } else { of[touched.iter().position(|t| *t).unwrap_or(0)] };
     let sign = draw.sign();
     Shaped::new(
-        (0.1, 1.2),
+        (0.1, 0.7),
         move |s, i, world| {
             if of[i] == odd {
                 world.mass_kg *= (sign * s).exp();
@@ -129,7 +129,7 @@ pub(super) fn speed_error(draw: &mut Draw, _: &Plan, touched: &[bool]) -> Shaped
     let touched = touched.to_vec();
     let sign = draw.sign();
     Shaped::new(
-        (0.05, 0.6),
+        (0.05, 0.4),
         move |s, i, world| {
             if touched[i] {
                 world.speed_m_per_s *= 1.0 + sign * s;
