@@ -24,6 +24,7 @@
 //!
 //! A new site (say, a second robot joint) is a change of the assembly; a new mechanism at a known site is not.
 
+mod adhesion;
 mod air_damping;
 mod air_drag;
 mod charge_drift;
@@ -68,6 +69,7 @@ pub static LIST: &[&Mechanism] = &[
     &hardening::MECHANISM,
     &end_stop::MECHANISM,
     &clearance::MECHANISM,
+    &adhesion::MECHANISM,
     &air_damping::MECHANISM,
     &guide_friction::MECHANISM,
     &load_dependent_friction::MECHANISM,
