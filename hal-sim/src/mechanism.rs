@@ -34,6 +34,7 @@ mod collision_reaction;
 mod effect;
 mod end_stop;
 mod filter_lag;
+mod frame_compliance;
 mod gain_error;
 mod guide_friction;
 mod hardening;
@@ -75,6 +76,7 @@ pub static LIST: &[&Mechanism] = &[
     &load_dependent_friction::MECHANISM,
     &stiction::MECHANISM,
     &moving_piece_inertia::MECHANISM,
+    &frame_compliance::MECHANISM,
     &joint_elasticity::MECHANISM,
     &robot_push::MECHANISM,
     &collision_reaction::MECHANISM,
