@@ -40,6 +40,7 @@ mod guide_friction;
 mod hardening;
 mod hunt_crossley_damping;
 mod joint_elasticity;
+mod link_oscillation;
 mod load_dependent_friction;
 mod lost_samples;
 mod mains_hum;
@@ -78,6 +79,7 @@ pub static LIST: &[&Mechanism] = &[
     &moving_piece_inertia::MECHANISM,
     &frame_compliance::MECHANISM,
     &joint_elasticity::MECHANISM,
+    &link_oscillation::MECHANISM,
     &robot_push::MECHANISM,
     &collision_reaction::MECHANISM,
     &pose_dependent_mass::MECHANISM,
