@@ -34,6 +34,7 @@ mod collision_reaction;
 mod effect;
 mod end_stop;
 mod filter_lag;
+mod force_ceiling;
 mod frame_compliance;
 mod gain_error;
 mod guide_friction;
@@ -81,6 +82,7 @@ pub static LIST: &[&Mechanism] = &[
     &joint_elasticity::MECHANISM,
     &link_oscillation::MECHANISM,
     &robot_push::MECHANISM,
+    &force_ceiling::MECHANISM,
     &collision_reaction::MECHANISM,
     &pose_dependent_mass::MECHANISM,
     &speed_error::MECHANISM,
