@@ -886,7 +886,7 @@ impl System {
         };
         // Air sucks a massless piece back more slowly than the robot leaves it; until that turns there is nothing to touch.
         let sucked = self.assembly.guide.air_ns2_per_m2 > 0.0 && self.form != PieceForm::Massive;
-        let leaving_m = if sucked { -instant.over_m_per_s / self.pulsation_per_s() } else { 0.0 };
+        let leaving_m = if sucked { -instant.over_m_per_s / self.pulsation_per_s() } else { f64::NEG_INFINITY };
         gap_m.max(-would_press.force_n / would_press.stiffness_n_per_m.abs().max(1.0)).max(leaving_m)
     }
 
