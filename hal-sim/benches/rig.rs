@@ -2,20 +2,32 @@
 //! some together. 0.3 s after contact, the force sampled at 10 kHz through the chain.
 //!
 //! `cargo bench -p thud-sim --bench rig`
+//!
+//! With `-- table` it prints, instead, what a fit can have: time, effort and the largest error of the force at the default
+//! accuracy and at the one for fits, both against a far tighter one.
 
 use std::hint::black_box;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use criterion::{Criterion, criterion_group, criterion_main};
+use criterion::{Criterion, criterion_group};
 use thud_sim::mechanism::{Effect, LIST};
-use thud_sim::rig::{Accuracy, Approach, Quantity, Rig};
+use thud_sim::rig::{Accuracy, Approach, Impact, Quantity, Rig};
 
-fn impacts(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("impact of 0.3 s");
-    group.sample_size(20).warm_up_time(Duration::from_millis(200)).measurement_time(Duration::from_millis(600));
-    let rig = Rig::impact(25e3).with_pad(80e3);
-    let approach = Approach::new(0.25, 6.08);
-    let times: Vec<f64> = (0..3000).map(|index| f64::from(index) * 1e-4).collect();
+const END_S: f64 = 0.3;
+
+fn rig() -> Rig {
+    Rig::impact(25e3).with_pad(80e3)
+}
+
+fn approach() -> Approach {
+    Approach::new(0.25, 6.08)
+}
+
+fn times_s() -> Vec<f64> {
+    (0..3000).map(|index| f64::from(index) * 1e-4).collect()
+}
+
+fn cases() -> Vec<(String, Vec<Effect>)> {
     let mut cases: Vec<(String, Vec<Effect>)> = vec![("ideal".to_owned(), Vec::new())];
     cases.extend(LIST.iter().map(|mechanism| (mechanism.id.to_owned(), vec![mechanism.typical()])));
     let pairs = [["guide-friction", "moving-piece-inertia"], ["guide-friction", "hunt-crossley-damping"]];
@@ -23,11 +35,22 @@ fn impacts(criterion: &mut Criterion) {
         let effects = pair.iter().map(|id| Effect::new(id, &[]).expect("listed")).collect();
         cases.push((pair.join(" + "), effects));
     }
-    for (name, effects) in &cases {
+    cases
+}
+
+fn strike(effects: &[Effect], accuracy: Accuracy) -> Impact {
+    rig().strike(black_box(&approach()), effects, END_S, accuracy).expect("a usual rig")
+}
+
+fn impacts(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("impact of 0.3 s");
+    group.sample_size(20).warm_up_time(Duration::from_millis(200)).measurement_time(Duration::from_millis(600));
+    let times = times_s();
+    for (name, effects) in &cases() {
         group.bench_function(name, |bencher| {
             let mut force = vec![0.0; times.len()];
             bencher.iter(|| {
-                let impact = rig.strike(black_box(&approach), effects, 0.3, Accuracy::default()).expect("a usual rig");
+                let impact = strike(effects, Accuracy::default());
                 impact.sample_into(Quantity::CellForce, &times, &mut force);
                 impact.apply_chain(&times, &mut force);
                 force[100]
@@ -37,5 +60,59 @@ fn impacts(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// The shortest of many runs, µs: what other processes take is not in it.
+fn shortest_us(mut run: impl FnMut()) -> f64 {
+    let once = |run: &mut dyn FnMut()| {
+        let begun = Instant::now();
+        run();
+        begun.elapsed().as_secs_f64() * 1e6
+    };
+    (0..300).map(|_| once(&mut run)).fold(f64::INFINITY, f64::min)
+}
+
+fn table() {
+    let times = times_s();
+    let tight = Accuracy { relative: 1e-11, force_n: 1e-9 };
+    let levels = [Accuracy::default(), Accuracy { relative: 1e-5, force_n: 1e-3 }];
+    println!(
+        "| mechanism | strike µs | sample µs | evaluations | steps | largest error / peak | strike µs | sample µs | evaluations | steps | largest error / peak |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|---|");
+    for (name, effects) in &cases() {
+        let exact = strike(effects, tight).measured_n(&times);
+        let peak = exact.iter().copied().fold(0.0, f64::max);
+        print!("| {name} ");
+        for accuracy in levels {
+            let impact = strike(effects, accuracy);
+            let force = impact.measured_n(&times);
+            let worst = force.iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            let mut buffer = vec![0.0; times.len()];
+            let strike_us = shortest_us(|| {
+                black_box(strike(effects, accuracy));
+            });
+            let sample_us = shortest_us(|| {
+                impact.sample_into(Quantity::CellForce, &times, &mut buffer);
+                impact.apply_chain(&times, &mut buffer);
+            });
+            let effort = impact.effort();
+            print!(
+                "| {strike_us:.0} | {sample_us:.0} | {} | {} | {:.1e} ",
+                effort.evaluations,
+                effort.steps + effort.rejected,
+                worst / peak
+            );
+        }
+        println!("|");
+    }
+}
+
 criterion_group!(benches, impacts);
-criterion_main!(benches);
+
+fn main() {
+    if std::env::args().any(|argument| argument == "table") {
+        table();
+    } else {
+        benches();
+        Criterion::default().configure_from_args().final_summary();
+    }
+}

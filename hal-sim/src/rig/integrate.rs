@@ -15,7 +15,7 @@ use differential_equations::tolerance::Tolerance;
 use super::assembly::Assembly;
 use super::impact::Impact;
 use super::motion::{CONTACT_EVENT, MOST_EVENTS, MOST_STATES, Mode, PieceForm, System};
-use super::trajectory::Trajectory;
+use super::trajectory::{MOST_NODES, Trajectory};
 use super::{Kind, RigError};
 
 /// The most events that are followed in one impact.
@@ -237,7 +237,7 @@ fn follow<const N: usize, R: Method<N>>(
         let failed =
             move |error: Error<f64, [f64; N]>| RigError::Solver { time_s: begun_s, reason: reason(&error).to_owned() };
         if !touched && let Some(ramp) = system.onset(time_s, &state, &form.mode) {
-            pass_ramp(&mut trajectory, &mut time_s, &mut state, form.mode, ramp);
+            pass_ramp(&system, &mut trajectory, &mut time_s, &mut state, form.mode, ramp);
         }
         let mut solver = solver_for(&system, &form.mode);
         let stop_s = system.next_switch_s(&form.mode).min(until_s);
@@ -257,13 +257,15 @@ fn follow<const N: usize, R: Method<N>>(
             if to_s <= from_s {
                 return Err(RigError::Solver { time_s, reason: "the step became too small".to_owned() });
             }
-            let mut nodes = [[0.0; N]; VERNER_NODES];
+            let mut nodes = [[0.0; N]; MOST_NODES];
             let nodes = &mut nodes[..solver.nodes()];
             solver.sample(nodes).map_err(failed)?;
             // The last step may go beyond the end of this form: its interpolant is cut there, as at an event.
-            event = first_event(&mut solver, &form, (from_s, to_s), nodes).filter(|(_, at_s)| *at_s <= stop_s);
+            let mut cell_n = [0.0; MOST_NODES];
+            let cell_n = &mut cell_n[..nodes.len()];
+            event = first_event(&mut solver, &form, (from_s, to_s), nodes, cell_n).filter(|(_, at_s)| *at_s <= stop_s);
             time_s = event.map_or(stop_s.min(to_s), |(_, at_s)| at_s);
-            trajectory.push(from_s, to_s - from_s, time_s, nodes, form.mode);
+            trajectory.push(from_s, to_s - from_s, time_s, nodes, cell_n, form.mode);
             state = if time_s < to_s { solver.interpolate(time_s).map_err(failed)? } else { nodes[nodes.len() - 1] };
         }
         effort.events += 1;
@@ -274,7 +276,7 @@ fn follow<const N: usize, R: Method<N>>(
         if matches!(event, Some((CONTACT_EVENT, _)))
             && let Some(ramp) = system.closing(time_s, &state, &form.mode)
         {
-            pass_ramp(&mut trajectory, &mut time_s, &mut state, form.mode, ramp);
+            pass_ramp(&system, &mut trajectory, &mut time_s, &mut state, form.mode, ramp);
         }
         match event {
             Some((number, _)) => system.pass(number, time_s, &mut state, &mut form.mode),
@@ -297,6 +299,7 @@ fn follow<const N: usize, R: Method<N>>(
 
 /// The motion over a moment in which all states run straight to the given ones.
 fn pass_ramp<const N: usize>(
+    system: &System,
     trajectory: &mut Trajectory,
     time_s: &mut f64,
     state: &mut [f64; N],
@@ -305,7 +308,9 @@ fn pass_ramp<const N: usize>(
 ) {
     let mut nodes = [*state; 2];
     nodes[1].copy_from_slice(&after[..N]);
-    trajectory.push(*time_s, moment_s, *time_s + moment_s, &nodes, mode);
+    let cell_n = [0, 1]
+        .map(|node| system.cell_n(&system.instant(*time_s + moment_s * f64::from(node), &nodes[node as usize], &mode)));
+    trajectory.push(*time_s, moment_s, *time_s + moment_s, &nodes, &cell_n, mode);
     *state = nodes[1];
     *time_s += moment_s;
 }
@@ -321,24 +326,30 @@ fn reason<const N: usize>(error: &Error<f64, [f64; N]>) -> &'static str {
     }
 }
 
-/// The first event of a step and its instant: a margin that was positive at one node (or at the step's start, where
+/// The first event of a step and its instant, and the force at the cell at each node: a margin that was positive at one node (or at the step's start, where
 /// rounding may have put it on either side of zero) and is negative at the next.
 fn first_event<const N: usize, R: Method<N>>(
     solver: &mut Solver<N, R>,
     form: &Form<'_>,
     (from_s, to_s): (f64, f64),
     nodes: &[[f64; N]],
+    cell_n: &mut [f64],
 ) -> Option<(usize, f64)> {
     let mut before = [1.0; MOST_EVENTS];
     let mut after = [1.0; MOST_EVENTS];
-    let count = form.system.margins(from_s, &nodes[0], &form.mode, &mut before);
+    let count;
+    (count, cell_n[0]) = form.system.margins(from_s, &nodes[0], &form.mode, &mut before);
     let at_s = |number: usize| from_s + (to_s - from_s) * number as f64 / (nodes.len() - 1) as f64;
     let mut contact = [0.0; VERNER_NODES];
     contact[0] = before[CONTACT_EVENT];
     let mut found = None;
     let mut seen = 1;
     for (number, node) in nodes.iter().enumerate().skip(1) {
-        form.system.margins(at_s(number), node, &form.mode, &mut after);
+        (_, cell_n[number]) = form.system.margins(at_s(number), node, &form.mode, &mut after);
+        if found.is_some() {
+            // Only the force is still wanted.
+            continue;
+        }
         let mut first: Option<(usize, f64)> = None;
         for event in 0..count {
             if after[event] < 0.0 {
@@ -365,7 +376,7 @@ fn first_event<const N: usize, R: Method<N>>(
         }
         if first.is_some() {
             found = first;
-            break;
+            continue;
         }
         contact[number] = after[CONTACT_EVENT];
         seen = number + 1;

@@ -650,14 +650,15 @@ impl System {
         instant.spring_n + self.assembly.guide.cell_share * instant.friction_n - inertia_n
     }
 
-    /// What the cell bears as long as nothing moves on the rig; `None` where it has to be computed.
-    pub(super) fn resting_n(&self, mode: &Mode) -> Option<f64> {
-        let rests = !mode.touching && self.form != PieceForm::Massive && mode.held_m == 0.0;
-        (rests && self.layout.spring == self.layout.len && self.assembly.frame.is_none()).then_some(0.0)
-    }
-
     /// For each event that this form can end with, a number that is positive until it happens.
-    pub(super) fn margins(&self, time_s: f64, state: &[f64], mode: &Mode, margins: &mut [f64; MOST_EVENTS]) -> usize {
+    /// With how many there are, the force at the cell, N.
+    pub(super) fn margins(
+        &self,
+        time_s: f64,
+        state: &[f64],
+        mode: &Mode,
+        margins: &mut [f64; MOST_EVENTS],
+    ) -> (usize, f64) {
         let instant = self.instant(time_s, state, mode);
         margins.fill(1.0);
         if mode.touching {
@@ -711,7 +712,7 @@ impl System {
             }
             count += 1;
         }
-        count
+        (count, self.cell_n(&instant))
     }
 
     /// The form (and the states) after the event with this number.
