@@ -65,6 +65,10 @@ impl ForceLaw for Branch {
         }
     }
 
+    fn is_linear(&self) -> bool {
+        true
+    }
+
     fn states(&self) -> usize {
         1
     }

@@ -1,6 +1,6 @@
 //! Follows the motion from event to event.
 //!
-//! The library's solver makes the steps; here each step's interpolant is looked through for the first event, the step
+//! The library's solver (or the exponential, where the form is linear) makes the steps; here each step's interpolant is looked through for the first event, the step
 //! is cut there, the form of the equations changes, and the solver begins anew. (The library's own event handling
 //! watches one function at a time and does not tell several apart.)
 
@@ -15,6 +15,7 @@ use differential_equations::tolerance::Tolerance;
 use super::assembly::Assembly;
 use super::impact::Impact;
 use super::motion::{CONTACT_EVENT, MOST_EVENTS, MOST_STATES, Mode, PieceForm, System};
+use super::propagate::Propagator;
 use super::trajectory::{MOST_NODES, Trajectory};
 use super::{Kind, RigError};
 
@@ -68,30 +69,23 @@ pub(super) fn integrate(assembly: Assembly, until_s: f64, accuracy: Accuracy) ->
     let system = System::new(assembly, accuracy.force_n)?;
     match system.states() {
         0..=2 => by_size::<2>(system, until_s, accuracy),
-        3..=4 => by_size::<4>(system, until_s, accuracy),
-        5..=8 => by_size::<8>(system, until_s, accuracy),
+        3 => by_size::<3>(system, until_s, accuracy),
+        4 => by_size::<4>(system, until_s, accuracy),
+        5..=6 => by_size::<6>(system, until_s, accuracy),
+        7..=8 => by_size::<8>(system, until_s, accuracy),
         _ => by_size::<12>(system, until_s, accuracy),
     }
 }
 
 /// A fresh solver for each stretch between two events.
 enum Solver<const N: usize, R> {
+    Exact(Box<Propagator<N>>),
     Verner(Box<Verner<N>>),
     /// The library does not let one name its type.
     Radau(Box<R>),
 }
 
 type Verner<const N: usize> = ExplicitRungeKutta<Ordinary, Adaptive, f64, [f64; N], 6, 9, 12>;
-
-/// What both solvers can do, one after the other.
-macro_rules! either {
-    ($solver:expr, $method:ident => $value:expr) => {
-        match $solver {
-            Solver::Verner($method) => $value,
-            Solver::Radau($method) => $value,
-        }
-    };
-}
 
 /// A method for stretches that are not stiff.
 fn verner<const N: usize>(system: &System, accuracy: Accuracy) -> Verner<N> {
@@ -122,35 +116,57 @@ impl<const N: usize, R: Method<N>> Solver<N, R> {
     /// How many equally spaced states determine a step's interpolant.
     fn nodes(&self) -> usize {
         match self {
+            Self::Exact(_) => MOST_NODES,
             Self::Verner(_) => VERNER_NODES,
             Self::Radau(_) => RADAU_NODES,
         }
     }
 
     fn init(&mut self, form: &Form<'_>, time_s: f64, stop_s: f64, state: &[f64; N]) -> Outcome<usize, N> {
-        either!(self, method => method.init(form, time_s, stop_s, state).map(|evaluations| evaluations.function))
+        match self {
+            Self::Exact(_) => Ok(form.system.states() + 1),
+            Self::Verner(method) => method.init(form, time_s, stop_s, state).map(|evaluations| evaluations.function),
+            Self::Radau(method) => method.init(form, time_s, stop_s, state).map(|evaluations| evaluations.function),
+        }
     }
 
     /// Tries a step: how often the equations were evaluated, and whether the step is kept.
     fn step(&mut self, form: &Form<'_>) -> Outcome<(usize, bool), N> {
-        either!(self, method => {
+        fn library<const N: usize>(method: &mut impl Method<N>, form: &Form<'_>) -> Outcome<(usize, bool), N> {
             let evaluations = method.step(form)?.function;
-            let kept = !matches!(OrdinaryNumericalMethod::<f64, [f64; N]>::status(method.as_ref()), Status::RejectedStep);
-            Ok((evaluations, kept))
-        })
+            Ok((evaluations, !matches!(OrdinaryNumericalMethod::<f64, [f64; N]>::status(method), Status::RejectedStep)))
+        }
+        match self {
+            Self::Exact(propagator) => {
+                propagator.step();
+                Ok((0, true))
+            }
+            Self::Verner(method) => library(method.as_mut(), form),
+            Self::Radau(method) => library(method.as_mut(), form),
+        }
     }
 
     /// Begin and end of the last step.
     fn ends_s(&self) -> (f64, f64) {
-        either!(self, method => (method.t_prev(), method.t()))
+        match self {
+            Self::Exact(propagator) => propagator.ends_s(),
+            Self::Verner(method) => (method.t_prev(), method.t()),
+            Self::Radau(method) => (method.t_prev(), method.t()),
+        }
     }
 
     /// The states at the last step's equally spaced nodes.
     fn sample(&mut self, nodes: &mut [[f64; N]]) -> Outcome<(), N> {
         let (from_s, to_s) = self.ends_s();
         let last = nodes.len() - 1;
-        nodes[0] = either!(self, method => *method.y_prev());
-        nodes[last] = either!(self, method => *method.y());
+        (nodes[0], nodes[last]) = match self {
+            Self::Exact(propagator) => {
+                nodes.copy_from_slice(propagator.nodes());
+                return Ok(());
+            }
+            Self::Verner(method) => (*method.y_prev(), *method.y()),
+            Self::Radau(method) => (*method.y_prev(), *method.y()),
+        };
         for (number, node) in nodes.iter_mut().enumerate().take(last).skip(1) {
             *node = self.interpolate(from_s + (to_s - from_s) * number as f64 / last as f64)?;
         }
@@ -158,7 +174,11 @@ impl<const N: usize, R: Method<N>> Solver<N, R> {
     }
 
     fn interpolate(&mut self, time_s: f64) -> Outcome<[f64; N], N> {
-        either!(self, method => method.interpolate(time_s))
+        match self {
+            Self::Exact(propagator) => Ok(propagator.interpolate(time_s)),
+            Self::Verner(method) => method.interpolate(time_s),
+            Self::Radau(method) => method.interpolate(time_s),
+        }
     }
 }
 
@@ -206,8 +226,11 @@ impl<const N: usize> ODE<f64, [f64; N]> for Form<'_> {
 const SMALL_STATE: f64 = 1e-4;
 
 fn by_size<const N: usize>(system: System, until_s: f64, accuracy: Accuracy) -> Result<Impact, RigError> {
-    follow(system, until_s, |system, mode| {
-        if system.form == PieceForm::Creeping && mode.touching {
+    follow(system, until_s, |system, mode, span_s, state| {
+        if system.is_linear(mode) {
+            let tolerances = system.tolerances(accuracy.force_n);
+            Solver::Exact(Box::new(Propagator::new(system, mode, span_s, state, accuracy.relative, &tolerances)))
+        } else if system.form == PieceForm::Creeping && mode.touching {
             Solver::Radau(Box::new(radau::<N>(system, accuracy)))
         } else {
             Solver::Verner(Box::new(verner::<N>(system, accuracy)))
@@ -218,7 +241,7 @@ fn by_size<const N: usize>(system: System, until_s: f64, accuracy: Accuracy) -> 
 fn follow<const N: usize, R: Method<N>>(
     system: System,
     until_s: f64,
-    solver_for: impl Fn(&System, &Mode) -> Solver<N, R>,
+    solver_for: impl Fn(&System, &Mode, (f64, f64), &[f64; N]) -> Solver<N, R>,
 ) -> Result<Impact, RigError> {
     let (start, mode) = system.start();
     let mut state = [0.0; N];
@@ -239,8 +262,8 @@ fn follow<const N: usize, R: Method<N>>(
         if !touched && let Some(ramp) = system.onset(time_s, &state, &form.mode) {
             pass_ramp(&system, &mut trajectory, &mut time_s, &mut state, form.mode, ramp);
         }
-        let mut solver = solver_for(&system, &form.mode);
         let stop_s = system.next_switch_s(&form.mode).min(until_s);
+        let mut solver = solver_for(&system, &form.mode, (time_s, stop_s), &state);
         if stop_s > time_s {
             effort.evaluations += solver.init(&form, time_s, stop_s, &state).map_err(failed)?;
         }
