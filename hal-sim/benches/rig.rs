@@ -4,7 +4,8 @@
 //! `cargo bench -p thud-sim --bench rig`
 //!
 //! With `-- table` it prints, instead, what a fit can have: time, effort and the largest error of the force at the default
-//! accuracy and at the one for fits, both against a far tighter one.
+//! accuracy and at the one for fits, both against a far tighter one; with `-- differences`, how smooth the force is in every
+//! parameter.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -106,11 +107,61 @@ fn table() {
     }
 }
 
+/// For each mechanism and each of its parameters, and for the rig's own: by how much the central difference with a
+/// relative step of 10⁻³ at an accuracy differs from the one at a far tighter accuracy, as a part of its size (root
+/// mean square over the impact). Parameters that only choose (whole numbers, places in time) are left out.
+fn differences() {
+    let tight = Accuracy { relative: 1e-11, force_n: 1e-9 };
+    let levels =
+        [Accuracy::default(), Accuracy { relative: 1e-6, force_n: 1e-4 }, Accuracy { relative: 1e-5, force_n: 1e-3 }];
+    let times = times_s();
+    println!("| mechanism | parameter | size, N per unit of ln | relative error at 1e-7 | 1e-6 | 1e-5 |");
+    println!("|---|---|---|---|---|---|");
+    for (name, effects) in &cases() {
+        let mut names = vec!["k_body", "k_pad", "mass", "speed"];
+        if let [effect] = &effects[..] {
+            names.extend(effect.mechanism().parameters.iter().map(|parameter| parameter.name));
+        }
+        for (place, parameter) in names.iter().enumerate() {
+            let force = |factor: f64, accuracy: Accuracy| {
+                let (mut rig, mut approach, mut effects) = (rig(), approach(), effects.clone());
+                match place {
+                    0 => rig.body_stiffness_n_per_m *= factor,
+                    1 => rig.pad_stiffness_n_per_m = rig.pad_stiffness_n_per_m.map(|pad| pad * factor),
+                    2 => approach.effective_mass_kg *= factor,
+                    3 => approach.speed_m_per_s *= factor,
+                    _ => {
+                        let value = effects[0].value(place - 4);
+                        let moved = if value == 0.0 { factor - 1.0 } else { value * factor };
+                        effects[0].set_value(place - 4, moved).expect("near the typical value");
+                    }
+                }
+                rig.strike(&approach, &effects, END_S, accuracy).expect("a usual rig").measured_n(&times)
+            };
+            let slope = |accuracy: Accuracy| -> Vec<f64> {
+                let (high, low) = (force(1.001, accuracy), force(0.999, accuracy));
+                high.iter().zip(low).map(|(high, low)| (high - low) / 2e-3).collect()
+            };
+            let rms =
+                |values: &[f64]| (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt();
+            let exact = slope(tight);
+            print!("| {name} | {parameter} | {:.3} ", rms(&exact));
+            for accuracy in levels {
+                let error: Vec<f64> = slope(accuracy).iter().zip(&exact).map(|(a, b)| a - b).collect();
+                print!("| {:.1e} ", rms(&error) / rms(&exact));
+            }
+            println!("|");
+        }
+    }
+}
+
 criterion_group!(benches, impacts);
 
 fn main() {
     if std::env::args().any(|argument| argument == "table") {
         table();
+    } else if std::env::args().any(|argument| argument == "differences") {
+        differences();
     } else {
         benches();
         Criterion::default().configure_from_args().final_summary();
