@@ -132,7 +132,8 @@ fn differences() {
                     3 => approach.speed_m_per_s *= factor,
                     _ => {
                         let value = effects[0].value(place - 4);
-                        let moved = if value == 0.0 { factor - 1.0 } else { value * factor };
+                        // A step of 10⁻³ where the value is zero, inside of what is possible.
+                        let moved = if value == 0.0 { factor - 0.999 } else { value * factor };
                         effects[0].set_value(place - 4, moved).expect("near the typical value");
                     }
                 }

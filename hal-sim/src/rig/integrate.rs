@@ -6,8 +6,7 @@
 
 use differential_equations::error::Error;
 use differential_equations::interpolate::Interpolation;
-use differential_equations::linalg::Matrix;
-use differential_equations::methods::{Adaptive, ExplicitRungeKutta, ImplicitRungeKutta, Ordinary, Radau};
+use differential_equations::methods::{Adaptive, ExplicitRungeKutta, Ordinary};
 use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
 use differential_equations::status::Status;
 use differential_equations::tolerance::Tolerance;
@@ -16,6 +15,7 @@ use super::assembly::Assembly;
 use super::impact::Impact;
 use super::motion::{CONTACT_EVENT, MOST_EVENTS, MOST_STATES, Mode, PieceForm, System};
 use super::propagate::Propagator;
+use super::rosenbrock::Rosenbrock;
 use super::trajectory::{MOST_NODES, Trajectory};
 use super::{Kind, RigError};
 
@@ -27,14 +27,8 @@ const MOST_STEPS: usize = 100_000;
 /// Verner's method of order 6 has an interpolant of degree 6. (Dormand–Prince 8(5,3) makes longer steps, but its
 /// interpolant of degree 7 is a thousand times less exact than the steps' ends, and here only the interpolant counts.)
 const VERNER_NODES: usize = 7;
-/// Radau IIA of order 5 has an interpolant of degree 3 through its three stages.
-const RADAU_NODES: usize = 4;
-/// Which makes it so much less exact between the steps that they are held to this part of the tolerance.
-const RADAU_SHARE: f64 = 0.03;
-
-/// And because the error estimate of a stiff step sees little of the piece, no step is longer than this part of the
-/// pulse at the default accuracy, and shorter with the fourth root of a finer one: 10⁻⁵ of the peak, or better.
-const RADAU_STEP_RADIANS: f64 = 0.1;
+/// The states between Rodas' steps are cubics.
+const RODAS_NODES: usize = 4;
 
 /// How exactly the motion is followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,11 +72,10 @@ pub(super) fn integrate(assembly: Assembly, until_s: f64, accuracy: Accuracy) ->
 }
 
 /// A fresh solver for each stretch between two events.
-enum Solver<const N: usize, R> {
+enum Solver<const N: usize> {
     Exact(Box<Propagator<N>>),
+    Rodas(Box<Rosenbrock<N>>),
     Verner(Box<Verner<N>>),
-    /// The library does not let one name its type.
-    Radau(Box<R>),
 }
 
 type Verner<const N: usize> = ExplicitRungeKutta<Ordinary, Adaptive, f64, [f64; N], 6, 9, 12>;
@@ -93,32 +86,13 @@ fn verner<const N: usize>(system: &System, accuracy: Accuracy) -> Verner<N> {
     ExplicitRungeKutta::rkv656e().rtol(accuracy.relative).atol(absolute).max_steps(MOST_STEPS)
 }
 
-/// A method for a massless piece that creeps while it is pressed.
-fn radau<const N: usize>(system: &System, accuracy: Accuracy) -> impl Method<N> + use<N> {
-    let absolute = Tolerance::Vector(system.tolerances(accuracy.force_n)[..N].to_vec());
-    let finer = (accuracy.relative / Accuracy::default().relative).powf(0.25);
-    let longest_s = RADAU_STEP_RADIANS * finer / system.pulsation_per_s();
-    ImplicitRungeKutta::<Ordinary, Radau, f64, [f64; N], 5, 3, 3>::radau5()
-        .rtol(accuracy.relative * RADAU_SHARE)
-        .atol(absolute)
-        .h0(0.01 * longest_s)
-        .max_scale(2.0)
-        .h_max(longest_s)
-        .filter(step_of_a_ladder)
-}
-
-/// What a method has to be able to do.
-trait Method<const N: usize>: OrdinaryNumericalMethod<f64, [f64; N]> + Interpolation<f64, [f64; N]> {}
-
-impl<const N: usize, M> Method<N> for M where M: OrdinaryNumericalMethod<f64, [f64; N]> + Interpolation<f64, [f64; N]> {}
-
-impl<const N: usize, R: Method<N>> Solver<N, R> {
+impl<const N: usize> Solver<N> {
     /// How many equally spaced states determine a step's interpolant.
     fn nodes(&self) -> usize {
         match self {
             Self::Exact(_) => MOST_NODES,
             Self::Verner(_) => VERNER_NODES,
-            Self::Radau(_) => RADAU_NODES,
+            Self::Rodas(_) => RODAS_NODES,
         }
     }
 
@@ -126,23 +100,22 @@ impl<const N: usize, R: Method<N>> Solver<N, R> {
         match self {
             Self::Exact(_) => Ok(form.system.states() + 1),
             Self::Verner(method) => method.init(form, time_s, stop_s, state).map(|evaluations| evaluations.function),
-            Self::Radau(method) => method.init(form, time_s, stop_s, state).map(|evaluations| evaluations.function),
+            Self::Rodas(_) => Ok(1),
         }
     }
 
     /// Tries a step: how often the equations were evaluated, and whether the step is kept.
     fn step(&mut self, form: &Form<'_>) -> Outcome<(usize, bool), N> {
-        fn library<const N: usize>(method: &mut impl Method<N>, form: &Form<'_>) -> Outcome<(usize, bool), N> {
-            let evaluations = method.step(form)?.function;
-            Ok((evaluations, !matches!(OrdinaryNumericalMethod::<f64, [f64; N]>::status(method), Status::RejectedStep)))
-        }
         match self {
             Self::Exact(propagator) => {
                 propagator.step();
                 Ok((0, true))
             }
-            Self::Verner(method) => library(method.as_mut(), form),
-            Self::Radau(method) => library(method.as_mut(), form),
+            Self::Rodas(method) => Ok(method.step(form.system, &form.mode)),
+            Self::Verner(method) => {
+                let evaluations = method.step(form)?.function;
+                Ok((evaluations, !matches!(method.status(), Status::RejectedStep)))
+            }
         }
     }
 
@@ -151,7 +124,7 @@ impl<const N: usize, R: Method<N>> Solver<N, R> {
         match self {
             Self::Exact(propagator) => propagator.ends_s(),
             Self::Verner(method) => (method.t_prev(), method.t()),
-            Self::Radau(method) => (method.t_prev(), method.t()),
+            Self::Rodas(method) => method.ends_s(),
         }
     }
 
@@ -164,8 +137,8 @@ impl<const N: usize, R: Method<N>> Solver<N, R> {
                 nodes.copy_from_slice(propagator.nodes());
                 return Ok(());
             }
+            Self::Rodas(method) => (method.interpolate(from_s), method.interpolate(to_s)),
             Self::Verner(method) => (*method.y_prev(), *method.y()),
-            Self::Radau(method) => (*method.y_prev(), *method.y()),
         };
         for (number, node) in nodes.iter_mut().enumerate().take(last).skip(1) {
             *node = self.interpolate(from_s + (to_s - from_s) * number as f64 / last as f64)?;
@@ -177,21 +150,12 @@ impl<const N: usize, R: Method<N>> Solver<N, R> {
         match self {
             Self::Exact(propagator) => Ok(propagator.interpolate(time_s)),
             Self::Verner(method) => method.interpolate(time_s),
-            Self::Radau(method) => method.interpolate(time_s),
+            Self::Rodas(method) => Ok(method.interpolate(time_s)),
         }
     }
 }
 
 type Outcome<T, const N: usize> = Result<T, Error<f64, [f64; N]>>;
-
-/// Rounds a step down to a power of √2 seconds.
-///
-/// `differential-equations` 0.7.0 keeps its factorised matrix when a step grows by less than a fifth, and then forgets to
-/// renew it when the next step has another length (`call_decomp` stays false), which fails or, worse, does not. On
-/// this ladder a step stays or changes by more, so that the branch is never taken.
-fn step_of_a_ladder(step_s: f64) -> f64 {
-    ((2.0 * step_s.log2() + 1e-6).floor() / 2.0).exp2()
-}
 
 /// The equations between two events, as the solver takes them.
 struct Form<'a> {
@@ -203,27 +167,7 @@ impl<const N: usize> ODE<f64, [f64; N]> for Form<'_> {
     fn diff(&self, time_s: f64, state: &[f64; N], rates: &mut [f64; N]) {
         self.system.rates(time_s, state, &self.mode, rates);
     }
-
-    /// By differences that suit a rig: the library's own are for states of size 1, and 15 nm is not small for a pad that has
-    /// just been touched.
-    fn jacobian(&self, time_s: f64, state: &[f64; N], jacobian: &mut Matrix<f64>) {
-        let mut rates = [0.0; N];
-        self.diff(time_s, state, &mut rates);
-        for column in 0..N {
-            let mut moved = *state;
-            let step = 1e-7 * state[column].abs().max(SMALL_STATE);
-            moved[column] += step;
-            let mut moved_rates = [0.0; N];
-            self.diff(time_s, &moved, &mut moved_rates);
-            for row in 0..N {
-                jacobian[(row, column)] = (moved_rates[row] - rates[row]) / step;
-            }
-        }
-    }
 }
-
-/// What counts as a small position (m), velocity (m/s) or state of a law.
-const SMALL_STATE: f64 = 1e-4;
 
 fn by_size<const N: usize>(system: System, until_s: f64, accuracy: Accuracy) -> Result<Impact, RigError> {
     follow(system, until_s, |system, mode, span_s, state| {
@@ -231,17 +175,20 @@ fn by_size<const N: usize>(system: System, until_s: f64, accuracy: Accuracy) -> 
             let tolerances = system.tolerances(accuracy.force_n);
             Solver::Exact(Box::new(Propagator::new(system, mode, span_s, state, accuracy.relative, &tolerances)))
         } else if system.form == PieceForm::Creeping && mode.touching {
-            Solver::Radau(Box::new(radau::<N>(system, accuracy)))
+            let finer = accuracy.relative / Accuracy::default().relative;
+            let tolerances = system.tolerances(accuracy.force_n);
+            let relative = (accuracy.relative, finer);
+            Solver::Rodas(Box::new(Rosenbrock::new(system, mode, span_s.0, state, relative, &tolerances)))
         } else {
             Solver::Verner(Box::new(verner::<N>(system, accuracy)))
         }
     })
 }
 
-fn follow<const N: usize, R: Method<N>>(
+fn follow<const N: usize>(
     system: System,
     until_s: f64,
-    solver_for: impl Fn(&System, &Mode, (f64, f64), &[f64; N]) -> Solver<N, R>,
+    solver_for: impl Fn(&System, &Mode, (f64, f64), &[f64; N]) -> Solver<N>,
 ) -> Result<Impact, RigError> {
     let (start, mode) = system.start();
     let mut state = [0.0; N];
@@ -351,8 +298,8 @@ fn reason<const N: usize>(error: &Error<f64, [f64; N]>) -> &'static str {
 
 /// The first event of a step and its instant, and the force at the cell at each node: a margin that was positive at one node (or at the step's start, where
 /// rounding may have put it on either side of zero) and is negative at the next.
-fn first_event<const N: usize, R: Method<N>>(
-    solver: &mut Solver<N, R>,
+fn first_event<const N: usize>(
+    solver: &mut Solver<N>,
     form: &Form<'_>,
     (from_s, to_s): (f64, f64),
     nodes: &[[f64; N]],

@@ -352,6 +352,11 @@ impl System {
             && !stiff
     }
 
+    /// Whether a force depends on the time itself.
+    pub(super) fn is_timed(&self) -> bool {
+        self.assembly.sway.is_some() || self.assembly.drives.iter().any(|drive| !drive.is_constant())
+    }
+
     /// Absolute tolerances of the states for a tolerance of the force at the cell.
     pub(super) fn tolerances(&self, force_n: f64) -> [f64; MOST_STATES] {
         let stiffness = self.assembly.spring.stiffness_n_per_m;
