@@ -73,6 +73,10 @@ impl ForceLaw for Play {
         }
     }
 
+    fn is_linear(&self) -> bool {
+        true
+    }
+
     fn knot_m(&self) -> Option<f64> {
         Some(self.gap_m)
     }

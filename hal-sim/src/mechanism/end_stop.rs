@@ -66,6 +66,10 @@ impl ForceLaw for Stop {
         }
     }
 
+    fn is_linear(&self) -> bool {
+        true
+    }
+
     fn knot_m(&self) -> Option<f64> {
         Some(self.stroke_m)
     }

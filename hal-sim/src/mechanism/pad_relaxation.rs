@@ -67,6 +67,10 @@ impl ForceLaw for Branch {
         }
     }
 
+    fn is_linear(&self) -> bool {
+        true
+    }
+
     fn states(&self) -> usize {
         1
     }

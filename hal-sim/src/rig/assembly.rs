@@ -164,6 +164,11 @@ pub trait ForceLaw: Debug + Send + Sync {
         false
     }
 
+    /// Whether its force and the rates of its states are linear in depth, rate and states on either side of its knot.
+    fn is_linear(&self) -> bool {
+        false
+    }
+
     /// A depth at which the law changes its form, m.
     fn knot_m(&self) -> Option<f64> {
         None
@@ -331,6 +336,11 @@ pub struct Motion {
 pub trait Drive: Debug + Send + Sync {
     /// The force, N.
     fn force_n(&self, motion: Motion) -> f64;
+
+    /// Whether its force changes at no other time than when its trigger takes effect.
+    fn is_constant(&self) -> bool {
+        false
+    }
 
     /// A contact force that triggers the drive, and the delay until it acts.
     fn trigger(&self) -> Option<Trigger> {

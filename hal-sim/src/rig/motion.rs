@@ -33,6 +33,10 @@ const PIECE_DRAG_NS_PER_M: f64 = 1e-5;
 /// than 10⁻⁶ of itself.
 const CLOSING_RADIANS: f64 = 1e-3;
 
+/// The fastest that a creeping piece may find its balance to be followed by an exponential, 1/s: its seventh derivative
+/// is then still above rounding.
+const STIFFEST_PER_S: f64 = 1e6;
+
 /// What rounding makes of the balance of forces on a massless piece, N.
 const ROUNDING_N: f64 = 1e-9;
 
@@ -326,6 +330,31 @@ impl System {
             *after = before + rate * moment_s;
         }
         Some((moment_s, after))
+    }
+
+    /// Whether the equations of this form are linear, and no more stiff than their solution by an exponential bears.
+    pub(super) fn is_linear(&self, mode: &Mode) -> bool {
+        let Assembly { pad, spring, guide, drives, sway, .. } = &self.assembly;
+        let linear = |element: &Element| element.laws.iter().all(|law| law.is_linear());
+        let pad_is_linear = pad.as_ref().is_none_or(linear);
+        // Branches at no load: friction that grows with a pressing force only.
+        let branches = guide.load_coefficient > 0.0 && (self.form == PieceForm::Massive || self.pull_off_n > 0.0);
+        let damping = spring.damping_ns_per_m + pad.as_ref().map_or(0.0, |pad| pad.damping_ns_per_m);
+        let stiffness = spring.stiffness_n_per_m + pad.as_ref().map_or(0.0, |pad| pad.stiffness_n_per_m);
+        let stiff = self.form == PieceForm::Creeping && mode.touching && stiffness > STIFFEST_PER_S * damping;
+        let moving = mode.touching || self.form == PieceForm::Massive;
+        let piece_is_linear = linear(spring) && guide.air_ns2_per_m2 == 0.0;
+        sway.is_none()
+            && drives.iter().all(|drive| drive.is_constant())
+            && (!mode.touching || pad_is_linear)
+            && (!moving || piece_is_linear)
+            && !(mode.touching && branches)
+            && !stiff
+    }
+
+    /// Whether a force depends on the time itself.
+    pub(super) fn is_timed(&self) -> bool {
+        self.assembly.sway.is_some() || self.assembly.drives.iter().any(|drive| !drive.is_constant())
     }
 
     /// Absolute tolerances of the states for a tolerance of the force at the cell.
@@ -650,14 +679,15 @@ impl System {
         instant.spring_n + self.assembly.guide.cell_share * instant.friction_n - inertia_n
     }
 
-    /// What the cell bears as long as nothing moves on the rig; `None` where it has to be computed.
-    pub(super) fn resting_n(&self, mode: &Mode) -> Option<f64> {
-        let rests = !mode.touching && self.form != PieceForm::Massive && mode.held_m == 0.0;
-        (rests && self.layout.spring == self.layout.len && self.assembly.frame.is_none()).then_some(0.0)
-    }
-
     /// For each event that this form can end with, a number that is positive until it happens.
-    pub(super) fn margins(&self, time_s: f64, state: &[f64], mode: &Mode, margins: &mut [f64; MOST_EVENTS]) -> usize {
+    /// With how many there are, the force at the cell, N.
+    pub(super) fn margins(
+        &self,
+        time_s: f64,
+        state: &[f64],
+        mode: &Mode,
+        margins: &mut [f64; MOST_EVENTS],
+    ) -> (usize, f64) {
         let instant = self.instant(time_s, state, mode);
         margins.fill(1.0);
         if mode.touching {
@@ -711,7 +741,7 @@ impl System {
             }
             count += 1;
         }
-        count
+        (count, self.cell_n(&instant))
     }
 
     /// The form (and the states) after the event with this number.
