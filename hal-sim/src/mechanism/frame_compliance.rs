@@ -29,7 +29,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (3e-8, 2e-6),
             typical: 2e-7,
             scale: Scale::Logarithmic,
-            search: Search::OneOf(&[5e-8, 1.5e-7, 5e-7, 1.5e-6]),
+            search: Search::Resonance,
         },
         Parameter {
             name: "mass_kg",
@@ -60,7 +60,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             null: None,
             range: (0.0, 20.0),
             plausible: (0.02, 2.0),
-            typical: 0.3,
+            typical: 0.02,
             scale: Scale::Logarithmic,
             search: Search::Typical,
         },

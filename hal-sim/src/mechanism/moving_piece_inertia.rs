@@ -26,11 +26,11 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             unit: "kg",
             meaning: "mass of the moving piece",
             null: Some(0.0),
-            range: (0.001, 2.5),
+            range: (1e-4, 2.5),
             plausible: (0.02, 0.4),
             typical: 0.12,
             scale: Scale::Logarithmic,
-            search: Search::OneOf(&[0.02, 0.05, 0.1, 0.18, 0.3]),
+            search: Search::Resonance,
         },
         Parameter {
             name: "pad_damping_ratio",

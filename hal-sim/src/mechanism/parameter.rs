@@ -46,6 +46,8 @@ pub enum Search {
     OfContactTime,
     /// At the lines that stand in the spectrum of what is unexplained, and spread over the plausible range.
     OfLines,
+    /// Where a resonance with it meets such a line: a mass on the springs, or a compliance under the mechanism's mass.
+    Resonance,
     /// Every impact has a value of its own: an angle, the phase of something that runs on between impacts.
     EachImpact,
     /// It is not sought but held at its value: a whole number, a choice.

@@ -29,7 +29,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         unit: "1",
         meaning: "relative gain in stiffness for e times the speed",
         null: Some(0.0),
-        range: (0.0, 0.25),
+        range: (0.0, 0.6),
         plausible: (0.002, 0.15),
         typical: 0.05,
         scale: Scale::Logarithmic,

@@ -130,7 +130,7 @@ pub fn answer(diagnosis: &Diagnosis) -> Answer {
             retuned_rmse: raw_rmse(&selection.baseline),
             held_out_rmse: diagnosis.baseline_held_out.overall(problem),
             noise_rms: noise,
-            parameters: Vec::new(),
+            parameters: rig_parameters(diagnosis),
         },
         places: locate(problem, &diagnosis.located),
         mechanisms: (0..selection.best.fit.layout.entrants.len())
@@ -188,6 +188,34 @@ fn rejected(diagnosis: &Diagnosis, place: usize, trial: &Trial) -> Rejected {
         id: id.to_owned(),
         because: format!("{place}: BIC {:+.1}, χ² {:.1}", trial.bic - diagnosis.selection.best.bic, trial.fit.cost),
     }
+}
+
+/// What the re-tuned baseline has for the rig, with intervals from the curvature of χ².
+fn rig_parameters(diagnosis: &Diagnosis) -> Vec<Value> {
+    let problem = &diagnosis.problem;
+    let fit = &diagnosis.selection.baseline;
+    let Some(deviations) = diagnosis.selection.baseline_tangent.normal(0.0).map(|normal| normal.global_deviations()) else {
+        return Vec::new();
+    };
+    fit.layout
+        .globals
+        .iter()
+        .enumerate()
+        .filter_map(|(place, coordinate)| {
+            let stiffness = |name: &str, stated: Option<crate::campaign::Estimate>| {
+                stated.map(|stated| (name.to_owned(), "N/m", stated.value))
+            };
+            let (name, unit, stated) = match coordinate.role {
+                Role::Body => stiffness("body_stiffness_N_per_m", problem.rig.body_stiffness_n_per_m)?,
+                Role::Pad => stiffness("pad_stiffness_N_per_m", problem.rig.pad_stiffness_n_per_m)?,
+                Role::Mass(number) => (format!("mass_factor_of_configuration_{}", problem.configurations[number]), "1", 1.0),
+                _ => return None,
+            };
+            let (here, half) = (fit.point.globals[place], DEVIATIONS_95 * deviations[place]);
+            let value = |coordinate: f64| stated * coordinate.exp();
+            Some(Value { name, unit: unit.to_owned(), value: value(here), low: value(here - half), high: value(here + half) })
+        })
+        .collect()
 }
 
 /// A mechanism's parameters in the chosen model, with intervals from the curvature of χ².

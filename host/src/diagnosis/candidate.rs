@@ -9,7 +9,7 @@ use super::fit::Fit;
 use super::problem::Problem;
 
 /// The most starts of a mechanism.
-const MOST_STARTS: usize = 16;
+const MOST_STARTS: usize = 24;
 
 /// How far the recordings reach, each sorted upwards.
 #[derive(Clone, Debug)]
@@ -22,6 +22,9 @@ pub struct Reach {
     peaks_n: Vec<f64>,
     /// Contact time of each recording, s.
     contact_times_s: Vec<f64>,
+    /// Stiffness of the body springs and of the pad, N/m.
+    body_n_per_m: f64,
+    pad_n_per_m: Option<f64>,
     /// Frequencies at which the residual is strong, Hz, strongest first.
     lines_hz: Vec<f64>,
 }
@@ -57,6 +60,8 @@ impl Reach {
             depths_m: over(rig.pad_stiffness_n_per_m.unwrap_or(rig.body_stiffness_n_per_m)),
             contact_times_s: sorted(problem.recordings.iter().map(|recording| recording.contact_time_s).collect()),
             peaks_n,
+            body_n_per_m: rig.body_stiffness_n_per_m,
+            pad_n_per_m: rig.pad_stiffness_n_per_m,
             lines_hz,
         }
     }
@@ -122,6 +127,21 @@ impl Reach {
             Search::OfContactTime => {
                 let middle = self.contact_times_s[self.contact_times_s.len() / 2];
                 [0.1, 0.3, 1.0, 5.0].iter().map(|part| part * middle).filter(|t| *t > 0.3 * low && *t < 3.0 * high).collect()
+            }
+            Search::Resonance => {
+                let stiffness = self.body_n_per_m + self.pad_n_per_m.unwrap_or(0.0);
+                let mut values = spaced(5, low, high);
+                for hz in &self.lines_hz {
+                    let square = (std::f64::consts::TAU * hz).powi(2);
+                    if parameter.unit == "kg" {
+                        values.extend([self.body_n_per_m / square, stiffness / square]);
+                    } else {
+                        let mass = mechanism.parameters.iter().find(|other| other.unit == "kg");
+                        values.push(1.0 / (square * mass.map_or(1.0, |mass| mass.typical)));
+                    }
+                }
+                values.retain(|value| (parameter.range.0..=parameter.range.1).contains(value));
+                values
             }
             Search::OfLines => {
                 let mut values: Vec<f64> = self.lines_hz.iter().copied().filter(|f| *f > low && *f < high).take(2).collect();

@@ -161,6 +161,16 @@ impl Fit {
         self.residuals[recording].iter().map(|r| robust(*r)).sum()
     }
 
+    /// How far the most strained belief about rig and masses is from where it was, in its deviations.
+    #[must_use]
+    pub fn strain(&self) -> f64 {
+        let deviations = |(coordinate, value): (&super::layout::Coordinate, &f64)| {
+            coordinate.prior.map_or(0.0, |(mean, sd)| ((value - mean) / sd).abs())
+        };
+        let rig = self.layout.of_rig;
+        self.layout.globals[..rig].iter().zip(&self.point.globals).map(deviations).fold(0.0, f64::max)
+    }
+
     /// The derivative at the fit.
     #[must_use]
     pub fn tangent(&self, problem: &Problem, part: Part<'_>) -> Option<Tangent> {
@@ -313,7 +323,9 @@ impl Fit {
         None
     }
 
-    fn gradients(&self, problem: &Problem, tangent: &Tangent, part: Part<'_>) -> (DVector<f64>, Vec<DVector<f64>>) {
+    /// Jᵀr of everything that is fitted, what is believed included: zero where the fit has converged.
+    #[must_use]
+    pub fn gradients(&self, problem: &Problem, tangent: &Tangent, part: Part<'_>) -> (DVector<f64>, Vec<DVector<f64>>) {
         let mut global = DVector::zeros(self.layout.globals.len());
         for (place, coordinate) in self.layout.globals.iter().enumerate() {
             if let Some((mean, sd)) = coordinate.prior {

@@ -16,7 +16,7 @@ use crate::campaign::{Estimate, Loaded, Observed, Rig, RigKind};
 /// Samples that one contact is thinned to, at least.
 const SAMPLES_PER_CONTACT: f64 = 110.0;
 /// A thinned recording keeps what rings below half of this, Hz: moving pieces do so at 170 to 600 Hz (table of mechanisms).
-const KEPT_RATE_HZ: f64 = 3_000.0;
+const KEPT_RATE_HZ: f64 = 5_000.0;
 /// Quiet kept before contact, s: enough for the offset and for a period of the mains.
 const QUIET_S: f64 = 0.05;
 /// Kept after contact: this many contact times, and at least [`TAIL_S`].

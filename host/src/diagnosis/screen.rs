@@ -11,16 +11,21 @@
 //! Source: score (Lagrange multiplier) test, C. R. Rao, Proc. Camb. Phil. Soc. 44 (1948) 50.
 
 use rayon::prelude::*;
-use thud_sim::mechanism::{Effect, Mechanism, Search};
+use nalgebra::DVector;
+use thud_sim::mechanism::{Effect, Group, Mechanism, Search};
 
 use super::candidate::Reach;
-use super::fit::{Fit, Tangent, whiten};
+use super::fit::{Fit, Normal, Tangent, whiten};
 use super::layout::{Entrant, Layout, Scope};
 use super::predict;
 use super::problem::Problem;
 
 /// A signature of less than this whitened norm cannot be seen.
 const INVISIBLE: f64 = 1e-3;
+/// A signature of which more than this is imitated is taken again at a smaller strength.
+const MOSTLY_ABSORBED: f64 = 0.98;
+/// How much smaller.
+const SMALL_STRENGTH: f64 = 0.05;
 
 /// A mechanism at one start, compared with the rest.
 #[derive(Clone, Debug)]
@@ -54,53 +59,46 @@ pub fn screen(
         .flat_map(|mechanism| reach.starts(mechanism).into_iter().enumerate())
         .collect();
     let configurations = problem.configurations.len();
+    let all: Vec<usize> = (0..problem.recordings.len()).collect();
+    // A fit is never quite where it goes to; what is left of its gradient would look like a score of whatever it can imitate.
+    let gradients = fit.gradients(problem, tangent, &all);
+    let projection = Projection { problem, fit, tangent, normal: &normal, gradients: &gradients };
     starts
         .par_iter()
         .map(|(start, effect)| {
-            let Some((phases, signature)) = turned(problem, fit, effect) else { return Vec::new() };
             let mut scopes = vec![Scope::Everywhere];
             if configurations > 1 {
                 scopes.extend((0..configurations).map(Scope::Configuration));
             }
+            if effect.mechanism().group == Group::Measuring {
+                scopes.extend((0..problem.recordings.len()).map(Scope::Recording));
+            }
+            let Some((phases, signature)) = turned(problem, fit, effect) else { return Vec::new() };
+            let Some(mut whole) = projection.score(&signature, Scope::Everywhere) else { return Vec::new() };
+            let (mut tried, mut phases, mut signature) = (effect.clone(), phases, signature);
+            // Of a signature that is nearly all imitated a finite strength shows its curvature, not its direction.
+            if whole.absorbed > MOSTLY_ABSORBED
+                && scale_strength(&mut tried, SMALL_STRENGTH)
+                && let Some((smaller_phases, smaller)) = turned(problem, fit, &tried)
+                && let Some(score) = projection.score(&smaller, Scope::Everywhere)
+            {
+                (phases, signature, whole) = (smaller_phases, smaller, score);
+            } else {
+                tried = effect.clone();
+            }
             scopes
                 .into_iter()
                 .filter_map(|scope| {
-                    let parts: Vec<Vec<f64>> = signature
-                        .iter()
-                        .zip(&problem.recordings)
-                        .enumerate()
-                        .map(|(number, (values, recording))| {
-                            if scope.includes(number, recording.configuration) { values.clone() } else { Vec::new() }
-                        })
-                        .collect();
-                    let whole: f64 = parts.iter().flatten().map(|s| s * s).sum();
-                    if whole < INVISIBLE {
-                        return None;
-                    }
-                    let (global, locals) = tangent.transposed(&parts);
-                    let imitation = normal.solve(&global, &locals);
-                    let imitated = global.dot(&imitation.globals)
-                        + locals.iter().zip(&imitation.locals).map(|(a, b)| a.dot(b)).sum::<f64>();
-                    let visible = (whole - imitated).max(0.0).sqrt();
-                    if visible < INVISIBLE || visible < 1e-4 * whole.sqrt() {
-                        return None;
-                    }
-                    let score: f64 = parts
-                        .iter()
-                        .zip(&fit.residuals)
-                        .flat_map(|(values, residual)| values.iter().zip(residual))
-                        .map(|(s, r)| s * r)
-                        .sum();
-                    let z = score / visible;
-                    let times = z / visible;
-                    let mut scaled = effect.clone();
-                    let z = if scale_strength(&mut scaled, times) { z.abs() } else { z.min(0.0) };
+                    let score =
+                        if scope == Scope::Everywhere { whole } else { projection.score(&signature, scope)? };
+                    let mut scaled = tried.clone();
+                    let z = if scale_strength(&mut scaled, score.z / score.visible) { score.z.abs() } else { score.z.min(0.0) };
                     Some(Screened {
                         entrant: Entrant { effect: scaled, scope, phases: phases.clone() },
                         z,
-                        absorbed: imitated / whole,
-                        visible,
-                        tried: effect.clone(),
+                        absorbed: score.absorbed,
+                        visible: score.visible,
+                        tried: tried.clone(),
                         start: *start,
                     })
                 })
@@ -110,6 +108,56 @@ pub fn screen(
         .into_iter()
         .flatten()
         .collect()
+}
+
+struct Projection<'a> {
+    problem: &'a Problem,
+    fit: &'a Fit,
+    tangent: &'a Tangent,
+    normal: &'a Normal,
+    gradients: &'a (DVector<f64>, Vec<DVector<f64>>),
+}
+
+#[derive(Clone, Copy)]
+struct Score {
+    z: f64,
+    visible: f64,
+    absorbed: f64,
+}
+
+impl Projection<'_> {
+    /// `None`: nothing of it can be seen there.
+    fn score(&self, signature: &[Vec<f64>], scope: Scope) -> Option<Score> {
+        let recordings = self.problem.recordings.iter().enumerate();
+        let parts: Vec<Vec<f64>> = signature
+            .iter()
+            .zip(recordings)
+            .map(|(values, (number, recording))| {
+                if scope.includes(number, recording.configuration) { values.clone() } else { Vec::new() }
+            })
+            .collect();
+        let whole: f64 = parts.iter().flatten().map(|s| s * s).sum();
+        if whole < INVISIBLE * INVISIBLE {
+            return None;
+        }
+        let (global, locals) = self.tangent.transposed(&parts);
+        let imitation = self.normal.solve(&global, &locals);
+        let along = |of: &(DVector<f64>, Vec<DVector<f64>>)| {
+            of.0.dot(&imitation.globals) + of.1.iter().zip(&imitation.locals).map(|(a, b)| a.dot(b)).sum::<f64>()
+        };
+        let imitated = along(&(global, locals));
+        let visible = (whole - imitated).max(0.0).sqrt();
+        if visible < INVISIBLE || visible < 1e-5 * whole.sqrt() {
+            return None;
+        }
+        let score: f64 = parts
+            .iter()
+            .zip(&self.fit.residuals)
+            .flat_map(|(values, residual)| values.iter().zip(residual))
+            .map(|(s, r)| s * r)
+            .sum();
+        Some(Score { z: (score - along(self.gradients)) / visible, visible, absorbed: imitated / whole })
+    }
 }
 
 /// A mechanism's signature with each recording's own phase turned to where it fits the residual best, and those phases (none where

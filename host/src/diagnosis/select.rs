@@ -8,7 +8,7 @@
 //! that acts in some recordings only pays for the choice as well.
 
 use rayon::prelude::*;
-use thud_sim::mechanism::Mechanism;
+use thud_sim::mechanism::{Mechanism, Scale};
 
 use super::candidate::Reach;
 use super::fit::{Effort, Fit, Part, Tangent};
@@ -19,6 +19,8 @@ use super::screen::{Screened, screen};
 
 /// Fall of BIC that the first mechanism must bring: with its parameter's ln N a fall of χ² of about 5.5².
 const ENOUGH: f64 = 20.0;
+/// And a further one this part of what the model has gained so far.
+const FURTHER: f64 = 0.025;
 /// Rivals within this of the best in BIC cannot be told apart.
 pub const WITHIN_REACH: f64 = 10.0;
 /// The most mechanisms in one model.
@@ -27,6 +29,10 @@ const MOST_MECHANISMS: usize = 3;
 const REFITTED: usize = 7;
 /// Of those, how many until they converge.
 const FINISHED: usize = 4;
+/// A belief about the rig or a mass is strained beyond this many of its deviations.
+const STRAINED: f64 = 3.5;
+/// A signature of which more than this is imitated by re-tuning is mere re-tuning.
+const MERE_TUNING: f64 = 0.995;
 /// A score below this is not refitted.
 const LEAST_SCORE: f64 = 3.5;
 
@@ -105,9 +111,27 @@ pub fn select(
             screened.clone_from(&scores);
         }
         let trials = refit(problem, &best.fit, &scores, &all);
+        if std::env::var_os("THUD_TRACE").is_some() {
+            let mut order: Vec<&Screened> = scores.iter().collect();
+            order.sort_by(|a, b| b.z.total_cmp(&a.z));
+            eprintln!("-- step {number}: bic {:.1} cost {:.1} rest {:.1}/{} z {:.1}", best.bic, best.fit.cost, rest.excess, rest.forms, rest.z());
+            for c in &best.fit.layout.globals {
+                let i = best.fit.layout.globals.iter().position(|x| x.role == c.role).unwrap_or(0);
+                eprint!("   {:?}={:.4}({:.1})", c.role, best.fit.point.globals[i], c.prior.map_or(0.0, |(m, sd)| (best.fit.point.globals[i] - m) / sd));
+            }
+            eprintln!();
+            for score in order.iter().enumerate().filter(|(i, s)| *i < 10 || std::env::var("THUD_TRACE").is_ok_and(|id| id == s.entrant.effect.mechanism().id)).map(|x| x.1) {
+                eprintln!("   score {:.1} absorbed {:.5} {} {:?} tried {}", score.z, score.absorbed, score.entrant.effect, score.entrant.scope, score.tried);
+            }
+            for trial in &trials {
+                let last = trial.fit.layout.entrants.len() - 1;
+                eprintln!("   trial bic {:+.1} chi2 {:+.1} {} {:?}", trial.bic - best.bic, trial.fit.cost - best.fit.cost, trial.fit.layout.effect_at(last, &trial.fit.point, 0), trial.fit.layout.entrants[last].scope);
+            }
+        }
         let Some(next) = trials.first() else { break };
-        let more = if number == 0 { 0.0 } else { 5.0 };
-        if best.bic - next.bic < ENOUGH + more {
+        // A further one has to be worth something beside what is explained already: no rig is quite like its equations.
+        let worth = FURTHER * (baseline.cost - best.fit.cost).max(0.0);
+        if best.bic - next.bic < ENOUGH + worth {
             if number == 0 {
                 rivals.extend(trials.into_iter().map(|trial| (0, trial)));
             }
@@ -118,7 +142,8 @@ pub fn select(
         tangent = best.fit.tangent(problem, &all)?;
         rest = omnibus(problem, &best.fit, &tangent);
         if number > 0 {
-            drop_unneeded(problem, &mut best, &all);
+            let gained = (baseline.cost - best.fit.cost).max(0.0);
+            drop_unneeded(problem, &mut best, gained, &all);
             if best.fit.layout.entrants.len() <= number {
                 rivals.clear();
             }
@@ -158,7 +183,12 @@ fn remaining(mechanisms: &[&'static Mechanism], fit: &Fit) -> Vec<&'static Mecha
 
 /// Refits what scores best, best first.
 fn refit(problem: &Problem, base: &Fit, scores: &[Screened], part: Part<'_>) -> Vec<Trial> {
-    let mut order: Vec<&Screened> = scores.iter().filter(|score| score.z >= LEAST_SCORE).collect();
+    // Where a belief is strained, what could relieve it is refitted whatever its score: a strain of many deviations is not linear.
+    let strained = base.strain() > STRAINED;
+    let relieves = |score: &&Screened| {
+        strained && score.absorbed > MERE_TUNING && score.entrant.effect.mechanism().parameters[0].scale == Scale::Linear
+    };
+    let mut order: Vec<&Screened> = scores.iter().filter(|score| score.z >= LEAST_SCORE || relieves(score)).collect();
     order.sort_by(|a, b| b.z.total_cmp(&a.z));
     let mut chosen: Vec<&Screened> = Vec::new();
     let mut mechanisms: Vec<&str> = Vec::new();
@@ -233,12 +263,12 @@ pub fn without(problem: &Problem, trial: &Trial, place: usize, part: Part<'_>) -
     Fit::run(problem, layout, start, part, Effort::FULL).map(|fit| Trial::new(problem, fit))
 }
 
-fn drop_unneeded(problem: &Problem, best: &mut Trial, part: Part<'_>) {
+fn drop_unneeded(problem: &Problem, best: &mut Trial, gained: f64, part: Part<'_>) {
     while best.fit.layout.entrants.len() > 1 {
         let smaller: Vec<Trial> =
             (0..best.fit.layout.entrants.len()).filter_map(|place| without(problem, best, place, part)).collect();
         match smaller.into_iter().min_by(|a, b| a.bic.total_cmp(&b.bic)) {
-            Some(trial) if trial.bic < best.bic + ENOUGH => *best = trial,
+            Some(trial) if trial.bic < best.bic + ENOUGH + FURTHER * gained => *best = trial,
             _ => break,
         }
     }

@@ -33,8 +33,8 @@ pub fn periodogram(problem: &Problem, fit: &Fit) -> (Vec<f64>, Vec<f64>) {
         }
         let samples = recording.times_s.len();
         let first = recording.times_s.partition_point(|time| *time < recording.contact_guess_s);
-        let values: Vec<f64> =
-            recording.series[0][first..].iter().zip(&fit.model[number][first..samples]).map(|(a, b)| a - b).collect();
+        // Whitened: a line stands out against the noise, not against its colour.
+        let values = &fit.residuals[number][first..samples];
         let count = values.len().min(LENGTH);
         if count < 16 {
             continue;
