@@ -20,6 +20,11 @@
 //! that is 0.1 mm/s on the softest spring (10 N/mm), far below any speed that a robot is tested at. Nobody can pull: when a block's mean
 //! lies below zero by more than the onset threshold, the zero itself has jumped, and it is learned anew at once.
 //!
+//! **Rest.** After a blow friction may hold some newtons ([`crate::rest`]). The zero that is tracked then jumps to that rest, and the
+//! rest is remembered, so that the true zero is known: forces count from there. What the tracked zero does later is the zero's
+//! own drift, except when it moves as no drift does: a block's mean that has moved from the rest towards the true zero by
+//! more than half the threshold, and what is learned of the zero in the next 0.2 s, take from the rest, until it has gone.
+//!
 //! **Spikes.** Every sample is limited to three onset levels before it is averaged (see [`crate::onset`]), so a spike
 //! of any height moves a block's mean by some 2 mN.
 
@@ -115,6 +120,8 @@ pub struct Idle {
     zero: f32,
     slope: f32,
     tones: [Tone; TONES],
+    /// How much of the zero is a rest, N: the true zero lies lower by so much.
+    rest: f32,
     variance: f32,
     /// Variance of a group's mean; an eighth of the other when the noise is white.
     mean_variance: f32,
@@ -149,6 +156,7 @@ impl Idle {
             zero: 0.0,
             slope: 0.0,
             tones: [Tone::STILL; TONES],
+            rest: 0.0,
             variance: 0.0,
             mean_variance: 0.0,
             zero_blocks: 0,
@@ -266,19 +274,55 @@ impl Idle {
         }
     }
 
-    /// The impact is over: the zero is learned anew, the hum goes on.
+    /// The impact is over and the force has gone, a rest with it: the zero is learned anew, the hum goes on.
     pub fn resume(&mut self) {
+        self.relearn();
+        self.shift(-self.rest);
+        self.rest = 0.0;
+    }
+
+    /// The impact is over and the force stands still at `level` above the true zero. That is the rest; below `release` it is
+    /// the zero. `known`: it has stood still for as long as it takes to learn it.
+    pub fn stand(&mut self, level: f32, release: f32, known: bool) {
+        let unsettled = self.settle_left;
+        self.relearn();
+        if known {
+            self.zero_blocks = RESETTLE_BLOCKS;
+            self.settle_left = unsettled;
+        }
+        self.shift(level - self.rest);
+        self.rest = if level.abs() > release { level } else { 0.0 };
+    }
+
+    /// A force that stands still at `level` above the true zero is the zero from now on.
+    pub fn take_for_zero(&mut self, level: f32) {
+        self.jump(level - self.rest);
+        self.rest = 0.0;
+    }
+
+    /// How much of what is removed is a rest and not zero, N.
+    #[inline]
+    #[must_use]
+    pub const fn rest(&self) -> f32 {
+        self.rest
+    }
+
+    /// Forgets the zero, because the signal has jumped by so much.
+    fn jump(&mut self, by: f32) {
+        self.relearn();
+        self.shift(by);
+        self.slope = 0.0;
+    }
+
+    fn shift(&mut self, by: f32) {
+        self.zero += by;
+        self.prediction += by;
+    }
+
+    fn relearn(&mut self) {
         self.freeze();
         self.zero_blocks = 0;
         self.settle_left = self.settle_left.max(RESETTLE_BLOCKS);
-    }
-
-    /// Forgets the zero, because the signal has jumped to `rest` above it.
-    pub fn jump(&mut self, rest: f32) {
-        self.resume();
-        self.zero += rest;
-        self.slope = 0.0;
-        self.predict();
     }
 
     /// `lost` samples never came: time went on without them.
@@ -299,7 +343,7 @@ impl Idle {
         self.predict();
     }
 
-    /// The idle signal around now. `next_index` is the number of the sample that comes next.
+    /// The idle signal around now, without the rest. `next_index` is the number of the sample that comes next.
     #[must_use]
     pub fn baseline(&self, next_index: u64) -> Baseline {
         let origin = next_index.saturating_sub(u64::from(self.in_group));
@@ -318,7 +362,8 @@ impl Idle {
                 radians_per_sample,
             };
         }
-        Baseline { origin, zero: self.zero + self.slope * per_sample * back, slope: self.slope * per_sample, tones }
+        let zero = self.zero - self.rest + self.slope * per_sample * back;
+        Baseline { origin, zero, slope: self.slope * per_sample, tones }
     }
 
     fn end_group(&mut self, threshold: f32) -> bool {
@@ -411,8 +456,11 @@ impl Idle {
     }
 
     fn learn_zero(&mut self, mean: f32, threshold: f32) {
-        if self.settled() && mean < -threshold {
+        // Back towards the true zero: the rest leaves.
+        let leaving = (self.rest > 0.0 && mean < -0.5 * threshold) || (self.rest < 0.0 && mean > 0.5 * threshold);
+        if self.settled() && (mean < -threshold || leaving) {
             self.jump(mean);
+            self.take_from_rest(mean, threshold);
             return;
         }
         self.zero_blocks = self.zero_blocks.saturating_add(1).min(MEMORY_BLOCKS);
@@ -422,11 +470,21 @@ impl Idle {
         if self.settled() {
             move_by = move_by.clamp(-ZERO_RATE_LIMIT * BLOCK, ZERO_RATE_LIMIT * BLOCK);
         }
+        if !self.settled() {
+            self.take_from_rest(move_by, threshold);
+        }
         let groups = self.groups_per_block as f32;
         let slope_limit = ZERO_RATE_LIMIT * BLOCK / groups;
         self.zero += move_by;
         let slope = self.slope + rate_gain * mean.max(-threshold).min(threshold) / groups;
         self.slope = if self.settled() { slope.max(-slope_limit).min(slope_limit) } else { slope };
+    }
+
+    /// The zero has moved by so much because the rest did. A rest becomes less, never more nor its opposite, and what is left
+    /// below half the threshold is zero.
+    fn take_from_rest(&mut self, moved: f32, threshold: f32) {
+        let left = (self.rest + moved).max(self.rest.min(0.0)).min(self.rest.max(0.0));
+        self.rest = if left.abs() > 0.5 * threshold { left } else { 0.0 };
     }
 
     /// Sets the oscillators' rotations from the mains frequencies.

@@ -35,6 +35,7 @@ pub mod limits;
 pub mod node;
 pub mod onset;
 pub mod outbox;
+pub mod rest;
 pub mod sdo;
 pub mod sensor;
 pub mod severity;
