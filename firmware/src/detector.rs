@@ -26,7 +26,7 @@ use crate::calibration::{self, Calibration, Change, Lasting};
 use crate::capture::{Captures, SlotId, pre_trigger};
 use crate::configuration::{Configuration, ContactKind, Setting};
 use crate::event::{Flags, Onset};
-use crate::idle::{Baseline, Idle, RESETTLE_BLOCKS};
+use crate::idle::{Baseline, Idle};
 use crate::onset::OnsetDetector;
 use crate::rest::{End, Touch};
 use crate::units::{Hertz, Kilogram, Newton, NewtonSecond, Second};
@@ -447,7 +447,7 @@ impl<const N: usize> Detector<N> {
                     say(signals, Signal::Over(context));
                 }
                 match end {
-                    Some(end) => self.re_arm(end, &touch),
+                    Some(end) => self.re_arm(end),
                     None => self.phase = Phase::Waiting(touch),
                 }
                 self.adopt();
@@ -456,7 +456,7 @@ impl<const N: usize> Detector<N> {
                 let touch = *touch;
                 let (standing, level) = touch.standing(now);
                 if let Some(end) = touch.end(now, release, spans.release) {
-                    self.re_arm(end, &touch);
+                    self.re_arm(end);
                 } else if standing > spans.new_zero {
                     self.idle.take_for_zero(level);
                     self.onset.clear();
@@ -468,14 +468,9 @@ impl<const N: usize> Detector<N> {
     }
 
     /// Nothing touches any more: idles on what is left of the force.
-    fn re_arm(&mut self, end: End, touch: &Touch) {
+    fn re_arm(&mut self, end: End) {
         match end {
-            End::Still(level) => {
-                // Seen for as long as the tracker would learn it for, it need not be learned again.
-                let (standing, _) = touch.standing(self.next_index);
-                let known = standing >= u64::from(RESETTLE_BLOCKS * self.spans.still);
-                self.idle.stand(level, self.onset.release_level(), known);
-            }
+            End::Still(level) => self.idle.stand(level, self.onset.release_level()),
             End::Gone => self.idle.resume(),
         }
         self.onset.clear();

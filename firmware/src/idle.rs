@@ -22,8 +22,9 @@
 //!
 //! **Rest.** After a blow friction may hold some newtons ([`crate::rest`]). The zero that is tracked then jumps to that rest, and the
 //! rest is remembered, so that the true zero is known: forces count from there. What the tracked zero does later is the zero's
-//! own drift, except when it moves as no drift does: a block's mean that has moved from the rest towards the true zero by
-//! more than half the threshold, and what is learned of the zero in the next 0.2 s, take from the rest, until it has gone.
+//! own drift, except where it moves as no drift does; that takes from the rest, until less than half the threshold is left.
+//! So it is while the zero is free to move, for 0.2 s after the blow or after a block's mean that has gone back towards the true
+//! zero by more than a quarter of the threshold, and while the zero follows the rest at the limit of its slope.
 //!
 //! **Spikes.** Every sample is limited to three onset levels before it is averaged (see [`crate::onset`]), so a spike
 //! of any height moves a block's mean by some 2 mN.
@@ -55,6 +56,9 @@ const MEMORY_BLOCKS: u32 = 20;
 const MAINS_DEVIATION: Hertz = Hertz(1.0);
 /// A tone below this many deviations of its own estimate does not move the mains frequency.
 const TONE_SIGNIFICANCE: f32 = 6.0;
+/// A rest leaves when a block's mean is this share of the threshold nearer to the true zero: 0.45 N at 0.3 N of noise, which
+/// no drift does and sixty deviations of such a mean.
+const LEAVING: f32 = 0.25;
 /// Limit of a sample's distance from the first one seen while nothing is known yet, N: any hum, no spike.
 const FIRST_LIMIT: f32 = 50.0;
 
@@ -282,14 +286,10 @@ impl Idle {
     }
 
     /// The impact is over and the force stands still at `level` above the true zero. That is the rest; below `release` it is
-    /// the zero. `known`: it has stood still for as long as it takes to learn it.
-    pub fn stand(&mut self, level: f32, release: f32, known: bool) {
-        let unsettled = self.settle_left;
-        self.relearn();
-        if known {
-            self.zero_blocks = RESETTLE_BLOCKS;
-            self.settle_left = unsettled;
-        }
+    /// the zero. It has been seen for a block's time already, so that what was settled stays so.
+    pub fn stand(&mut self, level: f32, release: f32) {
+        self.freeze();
+        self.zero_blocks = 0;
         self.shift(level - self.rest);
         self.rest = if level.abs() > release { level } else { 0.0 };
     }
@@ -456,35 +456,48 @@ impl Idle {
     }
 
     fn learn_zero(&mut self, mean: f32, threshold: f32) {
-        // Back towards the true zero: the rest leaves.
-        let leaving = (self.rest > 0.0 && mean < -0.5 * threshold) || (self.rest < 0.0 && mean > 0.5 * threshold);
-        if self.settled() && (mean < -threshold || leaving) {
+        let groups = self.groups_per_block as f32;
+        let free = !self.settled() || self.zero_blocks < RESETTLE_BLOCKS;
+        let leaving = self.leaves(mean, threshold);
+        if leaving || (!free && mean < -threshold) {
+            let drifted = if free { self.slope * groups } else { 0.0 };
             self.jump(mean);
-            self.take_from_rest(mean, threshold);
+            if leaving {
+                self.rest += drifted + mean;
+            }
             return;
         }
         self.zero_blocks = self.zero_blocks.saturating_add(1).min(MEMORY_BLOCKS);
         let (gain, rate_gain) = line_gains(self.zero_blocks);
-        let rate_gain = if self.zero_blocks == 1 { 0.0 } else { rate_gain };
+        // Learned anew, the zero has the drift that it had: what moves in these first blocks is not believed to go on.
+        let anew = free && self.zero_blocks < self.tone_blocks;
+        let rate_gain = if self.zero_blocks == 1 || anew { 0.0 } else { rate_gain };
+        let slope_limit = ZERO_RATE_LIMIT * BLOCK / groups;
         let mut move_by = gain * mean;
-        if self.settled() {
+        if !free {
             move_by = move_by.clamp(-ZERO_RATE_LIMIT * BLOCK, ZERO_RATE_LIMIT * BLOCK);
         }
-        if !self.settled() {
-            self.take_from_rest(move_by, threshold);
+        let back = if self.rest > 0.0 { -self.slope } else { self.slope };
+        if self.rest != 0.0 && (free || back >= slope_limit) {
+            self.move_rest(self.slope * groups + move_by, threshold);
         }
-        let groups = self.groups_per_block as f32;
-        let slope_limit = ZERO_RATE_LIMIT * BLOCK / groups;
         self.zero += move_by;
         let slope = self.slope + rate_gain * mean.max(-threshold).min(threshold) / groups;
-        self.slope = if self.settled() { slope.max(-slope_limit).min(slope_limit) } else { slope };
+        self.slope = if free { slope } else { slope.max(-slope_limit).min(slope_limit) };
     }
 
-    /// The zero has moved by so much because the rest did. A rest becomes less, never more nor its opposite, and what is left
-    /// below half the threshold is zero.
-    fn take_from_rest(&mut self, moved: f32, threshold: f32) {
-        let left = (self.rest + moved).max(self.rest.min(0.0)).min(self.rest.max(0.0));
-        self.rest = if left.abs() > 0.5 * threshold { left } else { 0.0 };
+    /// Whether a block with this mean has gone back from the rest towards the true zero.
+    fn leaves(&self, mean: f32, threshold: f32) -> bool {
+        let least = LEAVING * threshold;
+        self.settled() && ((self.rest > 0.0 && mean < -least) || (self.rest < 0.0 && mean > least))
+    }
+
+    /// The zero has moved by so much because the rest has. What is left of it below half the threshold, once the zero stands, is none.
+    fn move_rest(&mut self, by: f32, threshold: f32) {
+        let moved = self.rest + by;
+        let stands = self.zero_blocks >= RESETTLE_BLOCKS && self.settle_left <= 1;
+        let none = stands && (moved.abs() <= 0.5 * threshold || (moved > 0.0) != (self.rest > 0.0));
+        self.rest = if none { 0.0 } else { moved };
     }
 
     /// Sets the oscillators' rotations from the mains frequencies.

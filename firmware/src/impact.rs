@@ -11,7 +11,7 @@
 
 use heapless::Vec;
 
-use crate::capture::Curve;
+use crate::capture::{Curve, OVERLAP};
 use crate::configuration::FilterProfile;
 use crate::detector::{ImpactContext, TRANSIENT_WINDOW};
 use crate::event::{Event, Flags};
@@ -64,7 +64,9 @@ pub fn evaluate(curve: &impl Curve, context: &ImpactContext, first_number: u32) 
     }
     let window = (TRANSIENT_WINDOW.0 * rate.0) as usize;
     // The limited mean of the onset sees a force up to eight samples late, a slow one passes 2 ms later into the contacts' mean.
-    let from = noticed.saturating_sub((0.002 * rate.0) as usize);
+    // One that began before the impact before it was closed was noticed at once when it was, and may be as old as that curve's end.
+    let at_once = noticed <= OVERLAP + 2 * crate::onset::WINDOW;
+    let from = if at_once { 0 } else { noticed.saturating_sub((0.002 * rate.0) as usize) };
     let rests = Rests::find(&force, from, context);
     let mut contacts = Contacts::find(&force, from, context.onset.threshold.0, rate, window, &rests);
     if contacts.found.is_empty() {
@@ -184,15 +186,20 @@ struct Filtered {
     transient: f32,
     /// After it, as far as the curve goes.
     later: f32,
+    /// Where it ends.
+    window_end: usize,
 }
 
 fn filter<C: Curve>(force: &Force<'_, C>, context: &ImpactContext, measured: &[Raw], window: usize) -> Filtered {
     let configuration = &context.configuration.configuration;
-    let mut filtered =
-        Filtered { contacts: [f32::NEG_INFINITY; CONTACTS], transient: f32::NEG_INFINITY, later: f32::NEG_INFINITY };
-    let Some(first) = measured.first() else { return filtered };
-    let begin = first.begin.max(0.0) as usize;
+    let begin = measured.first().map_or(0, |first| first.begin.max(0.0) as usize);
     let window_end = begin + window;
+    let mut filtered = Filtered {
+        contacts: [f32::NEG_INFINITY; CONTACTS],
+        transient: f32::NEG_INFINITY,
+        later: f32::NEG_INFINITY,
+        window_end,
+    };
     // A contact's stretch reaches to the middle of the pauses beside it.
     let mut until = [usize::MAX; CONTACTS];
     for (index, pair) in measured.windows(2).enumerate() {
@@ -260,7 +267,9 @@ fn judge(
         effective_mass: context.effective_mass,
     };
     let mut flags = flags;
-    flags.set(Flags::SHORT_PULSE, peak.0 < (1.0 - SHORT_PULSE) * raw.peak.force);
+    // A force that still rises when the window ends is no pulse.
+    let within = raw.peak.position < filtered.window_end as f32;
+    flags.set(Flags::SHORT_PULSE, within && peak.0 < (1.0 - SHORT_PULSE) * raw.peak.force);
     let (severity, flags) = severity::judge(&measured, configuration, flags);
     Event {
         number: first_number.wrapping_add(index as u32),

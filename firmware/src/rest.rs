@@ -19,9 +19,12 @@
 use crate::filter::Causal;
 use crate::units::{Newton, Second};
 
-/// A force is still when it has stayed within half the threshold of a level for this long: five periods of 50 Hz, six of
+/// A force is still when it has stayed within some half of the threshold of a level for this long: five periods of 50 Hz, six of
 /// 60 Hz, so that their remains average out.
 pub const STILL: Second = Second(0.1);
+/// How far from its level a still force may be, as a share of half the threshold: a little more than all of it, so that what rises
+/// from zero is above half the threshold, and touches, before it is no longer still.
+const BAND: f32 = 1.25;
 /// Most that friction is believed to hold: a printed guide slides at 0.5 to 10 N. The lowest quasi-static limit of any
 /// region is several times that.
 pub const LARGEST_REST: Newton = Newton(10.0);
@@ -49,12 +52,12 @@ pub struct Stillness {
 }
 
 impl Stillness {
-    /// Takes a force that stands for the time from `index` on; `band` is how far it may be from its level, `span` how many forces
-    /// in a row make it still.
+    /// Takes a force that stands for the time from `index` on; `release` is half the threshold, `span` how many forces in
+    /// a row make it still.
     #[inline]
-    pub fn take(&mut self, force: f32, index: u64, band: f32, span: u32) {
+    pub fn take(&mut self, force: f32, index: u64, release: f32, span: u32) {
         let distance = force - self.around;
-        if distance.abs() > band {
+        if distance.abs() > BAND * release {
             *self = Self { around: force, since: index, ..Self::default() };
             return;
         }

@@ -133,7 +133,8 @@ impl Contacts {
             }
             at += group;
         }
-        if let Some(mut contact) = search.open {
+        // What began after the detector had seen the last contact end is the next impact's.
+        if let Some(mut contact) = search.open.filter(|contact| contact.start <= rests.last_touch) {
             contact.outlasts_curve = true;
             contacts.add(contact);
         }

@@ -35,6 +35,8 @@ pub struct Rests {
     pub found: Vec<Rest, STRETCHES>,
     /// The rest that stayed after the impact, N.
     pub after: f32,
+    /// The last position at which the detector saw something touch.
+    pub last_touch: usize,
 }
 
 impl Rests {
@@ -45,7 +47,9 @@ impl Rests {
         let span = (libm::roundf(STILL.0 * rate.0 / step as f32) as u32).max(1);
         let release = 0.5 * context.onset.threshold.0;
         let (before, after) = (context.rest_before.0, context.rest_after.0);
-        let mut rests = Self { before, found: Vec::new(), after };
+        let last_touch = context.last_touch.wrapping_sub(force.first_index());
+        let last_touch = usize::try_from(last_touch).unwrap_or(usize::MAX);
+        let mut rests = Self { before, found: Vec::new(), after, last_touch };
         let mut still = Stillness::default();
         let mut highest = 0.0f32;
         let mut piece = [0.0; PIECE];
@@ -62,10 +66,12 @@ impl Rests {
             }
         }
         // How the impact ended the detector has decided, with the future after the curve in view.
-        let ended = usize::try_from(context.last_touch.wrapping_sub(force.first_index())).unwrap_or(usize::MAX);
-        if after != 0.0 && ended < force.len() && rests.found.last().is_none_or(|last| last.to + step < force.len()) {
+        if after != 0.0
+            && last_touch < force.len()
+            && rests.found.last().is_none_or(|last| last.to + step < force.len())
+        {
             let begins = rests.found.last().map_or(from, |last| last.to);
-            rests.stands(ended.max(begins), force.len(), after);
+            rests.stands(last_touch.max(begins), force.len(), after);
         }
         rests
     }
