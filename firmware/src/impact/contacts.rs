@@ -12,8 +12,8 @@
 //! guards against a moving piece that swings on its springs after the robot has left: it pulls before it pushes, and pushes
 //! less than it has pulled. A robot cannot pull.
 //!
-//! All of it counts from the rest that friction holds ([`super::rests`]): the one before, until the contact begins, and then
-//! the one that comes after it. Where the force stands still there is no contact.
+//! All of it counts from the rest that friction holds ([`super::rests`]): the one before, until the contact has risen beyond the
+//! one that comes after it, and then from that. Where the force stands still there is no contact.
 //!
 //! Two contacts are told apart when the force has been gone for 5 ms: half a period of the verdict filter's
 //! 100 Hz. What comes back sooner is one pulse to that filter, and to the limit it is compared with.
@@ -184,10 +184,13 @@ impl Search<'_> {
         self.pull_so_far = (self.pull_so_far * self.fade).max(-running);
         let level = self.threshold.max(RINGING * self.highest_so_far).max(SWING * self.pull_so_far);
         let end = at + self.group;
+        // Once it is beyond the rest that it will leave, it ends there and not at the one from which it rose.
+        if self.open.is_some() && running + self.base > after + level {
+            self.base = after;
+        }
         let Some(contact) = &mut self.open else {
             if running > level {
                 self.open = Some(self.begin(end, level, after));
-                self.base = after;
                 self.quiet = 0;
             }
             return None;
