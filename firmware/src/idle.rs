@@ -460,25 +460,27 @@ impl Idle {
         let free = !self.settled() || self.zero_blocks < RESETTLE_BLOCKS;
         let leaving = self.leaves(mean, threshold);
         if leaving || (!free && mean < -threshold) {
-            let drifted = if free { self.slope * groups } else { 0.0 };
             self.jump(mean);
             if leaving {
-                self.rest += drifted + mean;
+                self.rest += mean;
             }
             return;
         }
         self.zero_blocks = self.zero_blocks.saturating_add(1).min(MEMORY_BLOCKS);
         let (gain, rate_gain) = line_gains(self.zero_blocks);
-        // Learned anew, the zero has the drift that it had: what moves in these first blocks is not believed to go on.
-        let anew = free && self.zero_blocks < self.tone_blocks;
-        let rate_gain = if self.zero_blocks == 1 || anew { 0.0 } else { rate_gain };
+        // What a rest moves by in these first blocks is no drift that would go on.
+        let rest_moves = free && self.rest != 0.0;
+        let rate_gain = if self.zero_blocks == 1 || rest_moves { 0.0 } else { rate_gain };
         let slope_limit = ZERO_RATE_LIMIT * BLOCK / groups;
         let mut move_by = gain * mean;
         if !free {
             move_by = move_by.clamp(-ZERO_RATE_LIMIT * BLOCK, ZERO_RATE_LIMIT * BLOCK);
         }
         let back = if self.rest > 0.0 { -self.slope } else { self.slope };
-        if self.rest != 0.0 && (free || back >= slope_limit) {
+        if self.rest != 0.0 && free {
+            // The slope is the drift that was known before.
+            self.move_rest(move_by, threshold);
+        } else if self.rest != 0.0 && back >= slope_limit {
             self.move_rest(self.slope * groups + move_by, threshold);
         }
         self.zero += move_by;
