@@ -99,7 +99,7 @@ fn table() {
             print!(
                 "| {strike_us:.0} | {sample_us:.0} | {} | {} | {:.1e} ",
                 effort.evaluations,
-                effort.steps + effort.rejected,
+                format!("{}+{}", effort.steps, effort.rejected),
                 worst / peak
             );
         }
