@@ -1,8 +1,8 @@
 //! For QEMU: its memory map, and the filter in C as the compiler makes it.
 
+use std::env;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::env;
 
 const COMPILER: &str = "arm-none-eabi-gcc";
 const FLAGS: [&str; 5] = ["-O3", "-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"];
@@ -25,6 +25,8 @@ fn main() {
     match compile.status() {
         Ok(status) if status.success() => println!("cargo::rustc-link-arg-bins={}", object.display()),
         Ok(status) => panic!("{COMPILER}: {status}"),
-        Err(error) => panic!("{COMPILER}: {error}; Debian's package is gcc-arm-none-eabi, `cargo xtask test` installs it"),
+        Err(error) => {
+            panic!("{COMPILER}: {error}; Debian's package is gcc-arm-none-eabi, `cargo xtask test` installs it")
+        }
     }
 }

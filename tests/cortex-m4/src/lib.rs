@@ -8,7 +8,7 @@
 use thud_firmware::board::{AdcCode, BLOCK, BlockInfo};
 use thud_firmware::capture::CAPTURE;
 use thud_firmware::configuration::Configuration;
-use thud_firmware::detector::{Signal, Stamped};
+use thud_firmware::detector::{Signal, Signals, Stamped};
 use thud_firmware::dictionary::event_record::{self, LENGTH};
 use thud_firmware::limits::Region;
 use thud_firmware::sensor::Sensor;
@@ -20,11 +20,8 @@ pub type Record = [u8; LENGTH];
 /// The configuration that both sides run with: an adult's chest, a robot of 6 kg, the reference chain.
 #[must_use]
 pub fn configuration() -> Stamped {
-    let configuration = Configuration {
-        region: Some(Region::Chest),
-        effective_mass: Some(Kilogram(6.0)),
-        ..Configuration::DEFAULT
-    };
+    let configuration =
+        Configuration { region: Some(Region::Chest), effective_mass: Some(Kilogram(6.0)), ..Configuration::DEFAULT };
     Stamped { configuration, revision: 1, hash: 0x7468_7564 }
 }
 
@@ -60,7 +57,8 @@ impl Run {
     pub fn push(&mut self, codes: &[AdcCode], meter: &mut impl Meter, mut tell: impl FnMut(&Record)) {
         let info = BlockInfo { first_index: self.next_index, bias: Volt(11.0) };
         self.next_index += BLOCK as u64;
-        let signals = meter.count(self.sensor.impact_open(), || self.sensor.push(codes, &info));
+        let mut signals = Signals::new();
+        meter.count(self.sensor.impact_open(), || self.sensor.push_into(codes, &info, &mut signals));
         for signal in &signals {
             if let Signal::Over(context) = signal {
                 for event in self.sensor.evaluate(context) {
