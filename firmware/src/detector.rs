@@ -306,7 +306,7 @@ impl<const N: usize> Detector<N> {
             match &mut self.phase {
                 Phase::Start | Phase::Idle => {}
                 Phase::Open(open) => {
-                    open.take(rest, self.next_index, group_ends, self.onset.release_level(), &self.spans);
+                    open.take(rest, self.next_index, group_ends, self.onset.release_level());
                 }
                 Phase::Waiting(waiting) => waiting.take(rest, self.next_index, self.onset.release_level()),
             }
@@ -435,6 +435,7 @@ impl<const N: usize> Detector<N> {
             filter: causal_filter(configuration),
             filtered: 0.0,
             quasi_static: None,
+            quasi_static_from: self.next_index + self.spans.transient + self.spans.filter_delay,
             last_touch: self.next_index,
             curve_end: self.next_index,
             group_sum: 0.0,
