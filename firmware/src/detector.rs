@@ -27,7 +27,7 @@ use crate::capture::{Captures, SlotId, pre_trigger};
 use crate::configuration::{Configuration, ContactKind, Setting};
 use crate::event::{Flags, Onset};
 use crate::idle::{Baseline, Idle};
-use crate::onset::OnsetDetector;
+use crate::onset::{OnsetDetector, limited};
 use crate::rest::{End, Touch};
 use crate::units::{Hertz, Kilogram, Newton, NewtonSecond, Second};
 
@@ -222,11 +222,18 @@ impl<const N: usize> Detector<N> {
     /// [`Signals`] can hold.
     pub fn push(&mut self, codes: &[AdcCode], info: &BlockInfo, captures: &Captures<N>) -> Signals {
         let mut signals = Signals::new();
+        self.push_into(codes, info, captures, &mut signals);
+        signals
+    }
+
+    /// The same without moving the list, which has room for some kilobytes and mostly holds nothing: moving it took more
+    /// instructions than the samples.
+    pub fn push_into(&mut self, codes: &[AdcCode], info: &BlockInfo, captures: &Captures<N>, signals: &mut Signals) {
         if info.first_index < self.next_index {
             // The board has lost count; nobody knows how many samples are gone, and nothing before fits what follows.
-            self.lose(0, &mut signals);
+            self.lose(0, signals);
             if let Some(context) = self.close(None, captures) {
-                say(&mut signals, Signal::Over(context));
+                say(signals, Signal::Over(context));
             }
             self.phase = Phase::Start;
             self.mass = None;
@@ -234,16 +241,15 @@ impl<const N: usize> Detector<N> {
             self.after_loss = Some(info.first_index);
             self.adopt();
         } else if info.first_index > self.next_index {
-            self.lose(info.first_index - self.next_index, &mut signals);
+            self.lose(info.first_index - self.next_index, signals);
         }
         if self.after_loss == Some(self.next_index) {
             captures.gap(self.slot, self.next_index);
         }
-        self.watch_bias(codes.len() as u32, info, &mut signals);
+        self.watch_bias(codes.len() as u32, info, signals);
         for chunk in codes.chunks(BLOCK) {
-            self.push_chunk(chunk, captures, &mut signals);
+            self.push_chunk(chunk, captures, signals);
         }
-        signals
     }
 
     /// Samples were lost before the next block.
@@ -293,24 +299,27 @@ impl<const N: usize> Detector<N> {
             self.start(codes);
         }
         let mut began = None;
-        for code in codes {
+        let mut touched = codes;
+        if matches!(self.phase, Phase::Idle) {
+            touched = &[];
+            if let Some((place, force)) = self.take_idle(codes) {
+                let open = self.begin(force + self.idle.rest());
+                began = Some(open.onset);
+                self.phase = Phase::Open(open);
+                self.next_index += 1;
+                touched = &codes[place + 1..];
+            }
+        }
+        for code in touched {
             let rest = self.idle.remove(self.calibration.force(*code));
+            let group_ends = self.idle.hold();
             match &mut self.phase {
-                Phase::Start => {}
-                Phase::Idle => {
-                    if self.take_idle(rest) {
-                        let open = self.begin(rest + self.idle.rest());
-                        began = Some(open.onset);
-                        self.phase = Phase::Open(open);
-                    }
-                }
+                Phase::Start | Phase::Idle => {}
                 Phase::Open(open) => {
-                    let group_ends = self.idle.hold();
                     let force = rest + self.idle.rest();
                     open.take(force, self.next_index, group_ends, self.onset.release_level(), &self.spans);
                 }
                 Phase::Waiting(touch) => {
-                    self.idle.hold();
                     let force = rest + self.idle.rest();
                     touch.take(force, self.next_index, self.onset.release_level(), self.spans.still);
                 }
@@ -357,21 +366,44 @@ impl<const N: usize> Detector<N> {
         self.phase = Phase::Idle;
     }
 
-    /// Takes a sample while nothing touches; true at an onset.
-    #[inline]
-    fn take_idle(&mut self, rest: f32) -> bool {
-        let limit = self.onset.limit().min(self.idle.first_limit_until_armed());
-        let limited = rest.max(-limit).min(limit);
-        if self.idle.learn(limited, self.onset.threshold()) {
-            self.set_threshold();
-            if !self.idle.settled() {
-                // The zero may just have jumped, and the window stands on the old one.
-                self.onset.clear();
+    /// Takes samples while nothing touches, up to an onset: its place among them and its force. The onset's sample is not yet
+    /// counted.
+    ///
+    /// A run of samples up to the end of a group at a time, so that what changes from sample to sample stays in registers.
+    fn take_idle(&mut self, codes: &[AdcCode]) -> Option<(usize, f32)> {
+        let mut taken = 0;
+        while taken < codes.len() {
+            let run = &codes[taken..];
+            let run = &run[..run.len().min(self.idle.until_group_ends())];
+            let limit = self.onset.limit_below(self.idle.first_limit_until_armed());
+            // On a rest that pulls, the force that counts still begins at the true zero.
+            let pull = self.idle.rest().min(0.0);
+            let mut gathering = self.idle.gathering();
+            let mut found = None;
+            for (place, code) in run.iter().enumerate() {
+                let rest = gathering.remove(self.calibration.force(*code));
+                gathering.learn(limited(rest, limit));
+                if self.onset.push(limited(rest + pull, limit)) {
+                    found = Some((place, rest));
+                    break;
+                }
             }
+            if let Some((place, force)) = found {
+                self.idle.gather(&gathering, place + 1, self.onset.threshold());
+                self.next_index += place as u64;
+                return Some((taken + place, force));
+            }
+            if self.idle.gather(&gathering, run.len(), self.onset.threshold()) {
+                self.set_threshold();
+                if !self.idle.settled() {
+                    // The zero may just have jumped, and the window stands on the old one.
+                    self.onset.clear();
+                }
+            }
+            taken += run.len();
+            self.next_index += run.len() as u64;
         }
-        // On a rest that pulls, the force that counts still begins at the true zero.
-        let rising = rest + self.idle.rest().min(0.0);
-        self.onset.push(rising.max(-limit).min(limit))
+        None
     }
 
     fn set_threshold(&mut self) {
@@ -418,6 +450,7 @@ impl<const N: usize> Detector<N> {
             effective_mass,
             touch: Touch::new(causal_filter(configuration), self.idle.rest(), self.next_index),
             quasi_static: None,
+            quasi_static_from: self.next_index + self.spans.transient + self.spans.filter_delay,
             curve_end: self.next_index,
             group_sum: 0.0,
             sum_after_curve: 0.0,

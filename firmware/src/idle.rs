@@ -31,6 +31,7 @@
 
 use core::f32::consts::TAU;
 
+use crate::trigonometry::sin_cos;
 use crate::units::Hertz;
 
 pub use self::baseline::{Baseline, BaselineTone};
@@ -71,6 +72,8 @@ struct Tone {
     /// Rotation from group to group.
     turn_cosine: f32,
     turn_sine: f32,
+    /// Its angle, radians.
+    turn: f32,
     /// Amplitudes, N.
     in_phase: f32,
     quadrature: f32,
@@ -85,6 +88,7 @@ impl Tone {
         sine: 0.0,
         turn_cosine: 1.0,
         turn_sine: 0.0,
+        turn: 0.0,
         in_phase: 0.0,
         quadrature: 0.0,
         gathered_cosine: 0.0,
@@ -106,6 +110,32 @@ impl Tone {
         let correction = 1.5 - 0.5 * (self.cosine * self.cosine + self.sine * self.sine);
         self.cosine *= correction;
         self.sine *= correction;
+    }
+}
+
+/// The part of the tracker that moves with every sample.
+#[derive(Clone, Copy, Debug)]
+pub struct Gathering {
+    prediction: f32,
+    step: f32,
+    sum: f32,
+    squares: f32,
+}
+
+impl Gathering {
+    /// See [`Idle::remove`].
+    #[inline]
+    pub fn remove(&mut self, force: f32) -> f32 {
+        let rest = force - self.prediction;
+        self.prediction += self.step;
+        rest
+    }
+
+    /// See [`Idle::learn`].
+    #[inline]
+    pub fn learn(&mut self, rest: f32) {
+        self.sum += rest;
+        self.squares += rest * rest;
     }
 }
 
@@ -189,7 +219,7 @@ impl Idle {
         self.quantisation_variance = quantisation * quantisation;
         self.zero = first;
         self.retune();
-        self.predict();
+        self.predict::<false>();
     }
 
     /// Samples in a group.
@@ -248,10 +278,33 @@ impl Idle {
     /// Learns from a sample, already limited. True at the end of a block, when zero and noise have moved.
     #[inline]
     pub fn learn(&mut self, rest: f32, threshold: f32) -> bool {
-        self.group_sum += rest;
-        self.squares += rest * rest;
-        self.in_group += 1;
-        self.in_group == self.group_length && self.end_group(threshold)
+        let mut gathering = self.gathering();
+        gathering.learn(rest);
+        self.gather(&gathering, 1, threshold)
+    }
+
+    /// Samples until the present group ends, at least one.
+    #[inline]
+    #[must_use]
+    pub fn until_group_ends(&self) -> usize {
+        self.group_length.saturating_sub(self.in_group).max(1) as usize
+    }
+
+    /// What changes from sample to sample within a group.
+    #[inline]
+    #[must_use]
+    pub fn gathering(&self) -> Gathering {
+        Gathering { prediction: self.prediction, step: self.step, sum: self.group_sum, squares: self.squares }
+    }
+
+    /// Takes back what has gathered over some samples, not beyond the end of the group. True at the end of a block, when zero and
+    /// noise have moved.
+    pub fn gather(&mut self, gathering: &Gathering, samples: usize, threshold: f32) -> bool {
+        self.prediction = gathering.prediction;
+        self.group_sum = gathering.sum;
+        self.squares = gathering.squares;
+        self.in_group += samples as u32;
+        self.in_group >= self.group_length && self.end_group(threshold)
     }
 
     /// Lets time pass without learning: something touches. True at the end of a group.
@@ -336,11 +389,11 @@ impl Idle {
             let turn = f64::from(angle(&self.mains_turn, &self.mains_offset, index));
             let turns = turn * groups / core::f64::consts::TAU;
             let phase = (turns - libm::floor(turns)) as f32 * TAU;
-            let (sine, cosine) = (libm::sinf(phase), libm::cosf(phase));
+            let (sine, cosine) = sin_cos(phase);
             (tone.cosine, tone.sine) =
                 (tone.cosine * cosine - tone.sine * sine, tone.sine * cosine + tone.cosine * sine);
         }
-        self.predict();
+        self.predict::<false>();
     }
 
     /// The idle signal around now, without the rest. `next_index` is the number of the sample that comes next.
@@ -354,7 +407,7 @@ impl Idle {
         for (index, (tone, known)) in self.tones.iter().zip(&mut tones).enumerate() {
             let radians_per_sample = angle(&self.mains_turn, &self.mains_offset, index) * per_sample;
             // Phase at the origin: (cosine, sine) turned back; in_phase·cos(φ₀+ωn) + quadrature·sin(φ₀+ωn).
-            let (s, c) = (libm::sinf(radians_per_sample * back), libm::cosf(radians_per_sample * back));
+            let (s, c) = sin_cos(radians_per_sample * back);
             let (cosine, sine) = (tone.cosine * c - tone.sine * s, tone.sine * c + tone.cosine * s);
             *known = BaselineTone {
                 in_phase: tone.in_phase * cosine + tone.quadrature * sine,
@@ -387,20 +440,20 @@ impl Idle {
     fn next_group(&mut self) {
         self.in_group = 0;
         self.zero += self.slope;
-        for tone in &mut self.tones {
-            tone.turn();
-        }
-        self.predict();
+        self.predict::<true>();
     }
 
-    /// Sets the prediction for the group whose centre the oscillators stand at: value and slope at its centre.
-    fn predict(&mut self) {
+    /// Sets the prediction for the group whose centre the oscillators stand at: value and slope at its centre. With `TURN` they
+    /// are first turned by a group.
+    fn predict<const TURN: bool>(&mut self) {
         let mut centre = self.zero;
         let mut rise = self.slope;
-        for (index, tone) in self.tones.iter().enumerate() {
+        for tone in &mut self.tones {
+            if TURN {
+                tone.turn();
+            }
             centre += tone.value();
-            rise += (tone.quadrature * tone.cosine - tone.in_phase * tone.sine)
-                * angle(&self.mains_turn, &self.mains_offset, index);
+            rise += (tone.quadrature * tone.cosine - tone.in_phase * tone.sine) * tone.turn;
         }
         self.step = rise / self.group_length as f32;
         self.prediction = centre - self.step * (self.group_length as f32 - 1.0) / 2.0;
@@ -505,9 +558,8 @@ impl Idle {
     /// Sets the oscillators' rotations from the mains frequencies.
     fn retune(&mut self) {
         for (index, tone) in self.tones.iter_mut().enumerate() {
-            let turn = angle(&self.mains_turn, &self.mains_offset, index);
-            tone.turn_cosine = libm::cosf(turn);
-            tone.turn_sine = libm::sinf(turn);
+            tone.turn = angle(&self.mains_turn, &self.mains_offset, index);
+            (tone.turn_sine, tone.turn_cosine) = sin_cos(tone.turn);
             tone.normalise();
         }
     }

@@ -72,8 +72,10 @@ pub struct OpenImpact {
     pub effective_mass: Option<(Kilogram, Option<u32>)>,
     /// Whether something still touches.
     pub touch: Touch,
-    /// Largest filtered force after the transient window.
+    /// Largest filtered force after the transient window, and the first sample that counts for it.
     pub quasi_static: Option<f32>,
+    /// See `quasi_static`.
+    pub quasi_static_from: u64,
     /// First sample that the slot has no room for.
     pub curve_end: u64,
     /// Sum of the forces after the curve's end, N; whole groups are added to keep the rounding small.
@@ -87,7 +89,7 @@ impl OpenImpact {
     #[inline]
     pub fn take(&mut self, force: f32, index: u64, group_ends: bool, release_level: f32, spans: &Spans) {
         let filtered = self.touch.take(force, index, release_level, spans.still);
-        if index >= self.onset.noticed_at + spans.transient + spans.filter_delay {
+        if index >= self.quasi_static_from {
             self.quasi_static = Some(self.quasi_static.unwrap_or(filtered).max(filtered));
         }
         if index >= self.curve_end {
