@@ -97,9 +97,10 @@ fn table() {
             });
             let effort = impact.effort();
             print!(
-                "| {strike_us:.0} | {sample_us:.0} | {} | {} | {:.1e} ",
+                "| {strike_us:.0} | {sample_us:.0} | {} | {}+{} | {:.1e} ",
                 effort.evaluations,
-                effort.steps + effort.rejected,
+                effort.steps,
+                effort.rejected,
                 worst / peak
             );
         }

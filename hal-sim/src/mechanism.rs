@@ -258,6 +258,23 @@ pub(crate) mod tests {
         assert!((value - expected).abs() <= tolerance, "{what}: {value}, expected {expected} ± {tolerance}");
     }
 
+    /// The ids of the campaign contract, in its order; results are compared by them.
+    #[test]
+    fn the_list_is_that_of_the_contract() {
+        let contract = "hunt-crossley-damping viscous-damping pad-relaxation rate-stiffening mullins-softening hardening \
+            end-stop clearance adhesion air-damping guide-friction load-dependent-friction stiction moving-piece-inertia \
+            frame-compliance joint-elasticity link-oscillation robot-push force-ceiling collision-reaction \
+            pose-dependent-mass speed-error piezo-discharge charge-drift clipping filter-lag mains-hum gain-error \
+            lost-samples air-drag";
+        let ids: Vec<&str> = LIST.iter().map(|mechanism| mechanism.id).collect();
+        assert_eq!(ids, contract.split_whitespace().collect::<Vec<_>>());
+        for mechanism in LIST {
+            for rival in mechanism.confused_with {
+                assert!(ids.contains(rival) && *rival != mechanism.id, "{}: {rival}", mechanism.id);
+            }
+        }
+    }
+
     #[test]
     fn every_mechanism_is_described_once_and_within_its_own_ranges() {
         for (place, mechanism) in LIST.iter().enumerate() {

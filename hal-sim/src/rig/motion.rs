@@ -37,6 +37,10 @@ const CLOSING_RADIANS: f64 = 1e-3;
 /// is then still above rounding.
 const STIFFEST_PER_S: f64 = 1e6;
 
+/// How fast a creeping piece has to find its balance for its own velocity to count no more than half in the question
+/// whether it slides, 1/s.
+const FAST_PER_S: f64 = 1e5;
+
 /// What rounding makes of the balance of forces on a massless piece, N.
 const ROUNDING_N: f64 = 1e-9;
 
@@ -148,6 +152,10 @@ pub(super) struct System {
     balance_n: f64,
     /// The tension that the contact bears before it parts, N.
     pull_off_n: f64,
+    /// Springs and pad in series, N/m.
+    series_n_per_m: f64,
+    /// The angular frequency of the ideal pulse, 1/s.
+    pulsation_per_s: f64,
     /// Drives that have a trigger, by number of the drive.
     triggered: Vec<usize>,
 }
@@ -193,7 +201,12 @@ impl System {
         if watched > MOST_EVENTS || triggered.len() > MOST_TRIGGERS {
             return Err(RigError::TooManyStates { states: watched, most: MOST_EVENTS });
         }
+        let springs = assembly.spring.stiffness_n_per_m;
+        let series_n_per_m =
+            assembly.pad.as_ref().map_or(springs, |pad| 1.0 / (1.0 / springs + 1.0 / pad.stiffness_n_per_m));
         Ok(Self {
+            series_n_per_m,
+            pulsation_per_s: (series_n_per_m / assembly.approach.effective_mass_kg).sqrt(),
             form,
             layout: Layout { link, piece, frame, contact, spring, len },
             tip_kg: assembly.approach.effective_mass_kg - link_kg,
@@ -241,7 +254,7 @@ impl System {
             return 0.0;
         }
         // Not the piece's own velocity: the less the pad damps, the more that one shows the solver's error.
-        self.series_n_per_m() * (-instant.over_m_per_s).max(0.0) * CLOSING_RADIANS / self.pulsation_per_s()
+        self.series_n_per_m * (-instant.over_m_per_s).max(0.0) * CLOSING_RADIANS / self.pulsation_per_s()
     }
 
     /// The last moment of a creeping piece's contact: its length and the states after it. The robot's speed is constant, so
@@ -281,15 +294,9 @@ impl System {
         Some((moment_s, after))
     }
 
-    /// Springs and pad in series, N/m.
-    fn series_n_per_m(&self) -> f64 {
-        let springs = self.assembly.spring.stiffness_n_per_m;
-        self.assembly.pad.as_ref().map_or(springs, |pad| 1.0 / (1.0 / springs + 1.0 / pad.stiffness_n_per_m))
-    }
-
     /// The angular frequency of the ideal pulse, 1/s.
     pub(super) fn pulsation_per_s(&self) -> f64 {
-        (self.series_n_per_m() / self.assembly.approach.effective_mass_kg).sqrt()
+        self.pulsation_per_s
     }
 
     /// The first moment of a contact that a creeping piece begins freely: its length and the states after it.
@@ -560,6 +567,39 @@ impl System {
         instant.over_m_per_s * pad / (pad + self.assembly.spring.stiffness_n_per_m)
     }
 
+    /// The velocity of a sliding piece, as far as its sign is asked for. That of a creeping one is an error of its place times
+    /// how fast it finds its balance; the faster it does, the less its own velocity counts beside the one that pad and
+    /// springs would give it, which comes to rest no more than that moment earlier.
+    fn sliding_m_per_s(&self, instant: &Instant, state: &[f64], mode: &Mode) -> f64 {
+        if self.form != PieceForm::Creeping {
+            return instant.piece_m_per_s;
+        }
+        let pad = self.pad(instant.depth_m(), instant.depth_m_per_s(), state, mode);
+        let spring = self.spring(instant.piece_m, instant.piece_m_per_s, state, mode);
+        let damping = pad.damping_ns_per_m + spring.damping_ns_per_m;
+        let speed = (pad.stiffness_n_per_m + spring.stiffness_n_per_m) / damping.max(PIECE_DRAG_NS_PER_M);
+        let own = 1.0 / (1.0 + (speed / FAST_PER_S).powi(2));
+        let shared_m_per_s = self.shared_m_per_s(instant);
+        shared_m_per_s + own * (instant.piece_m_per_s - shared_m_per_s)
+    }
+
+    /// Where a creeping piece is in balance at rest, sliding with this sign: there it comes to rest.
+    fn resting_m(&self, sign: f64, instant: &Instant, state: &[f64], mode: &Mode) -> f64 {
+        let mut piece_m = instant.piece_m;
+        for _ in 0..20 {
+            let pad = self.pad(instant.over_m - piece_m, instant.over_m_per_s, state, mode);
+            let spring = self.spring(piece_m, 0.0, state, mode);
+            let part = self.rubbed_part(sign, pad.force_n);
+            let excess_n = part * pad.force_n - spring.force_n - sign * self.assembly.guide.coulomb_n;
+            let step_m = excess_n / (part * pad.stiffness_n_per_m + spring.stiffness_n_per_m);
+            piece_m += step_m;
+            if step_m.abs() <= 1e-15 {
+                break;
+            }
+        }
+        piece_m
+    }
+
     /// What is left of a contact force (or of one of its sign) beside the friction that it causes while sliding. Tension
     /// causes none.
     fn rubbed_part(&self, sign: f64, contact_n: f64) -> f64 {
@@ -698,7 +738,7 @@ impl System {
         if mode.touching || self.form == PieceForm::Massive {
             match mode.guiding {
                 Guiding::Free => {}
-                Guiding::Sliding(sign) => margins[GUIDE_EVENTS[0]] = sign * instant.piece_m_per_s,
+                Guiding::Sliding(sign) => margins[GUIDE_EVENTS[0]] = sign * self.sliding_m_per_s(&instant, state, mode),
                 Guiding::Sticking => {
                     let holding_n = self.held_n(&instant, 2.0);
                     margins[GUIDE_EVENTS[0]] = holding_n - instant.friction_n;
@@ -853,6 +893,10 @@ impl System {
                     }
                 } else if let (PieceForm::Massive, Some(piece)) = (self.form, self.layout.piece) {
                     state[piece + 1] = 0.0;
+                }
+                if let (PieceForm::Creeping, Some(piece)) = (self.form, self.layout.piece) {
+                    state[piece] = self.resting_m(sign, &instant, state, mode);
+                    sticking.held_m = state[piece];
                 }
                 let at_rest = self.instant(time_s, state, &sticking);
                 // What comes to rest is not pushed on: where it seems so, it is by less than the motion is exact.

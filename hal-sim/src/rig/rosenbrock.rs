@@ -63,7 +63,11 @@ const DENSE: [[f64; STAGES - 1]; 2] = [
 
 /// No step is longer than this angle of the ideal pulse at the default accuracy, so that the dense output, whose error the
 /// step's own estimate does not see, is as exact.
-const STEP_RADIANS: f64 = 0.08;
+const STEP_RADIANS: f64 = 0.1;
+
+/// By how much the estimate may be above the tolerance: it is the error of the companion of order 3, which that of the
+/// step itself is far below.
+const COMPANION: f64 = 3.0;
 
 /// What counts as a small position (m), velocity (m/s) or state of a law in a difference quotient.
 const SMALL_STATE: f64 = 1e-4;
@@ -77,6 +81,8 @@ pub(super) struct Rosenbrock<const N: usize> {
     relative: f64,
     longest_s: f64,
     next_s: f64,
+    /// The last trial was too long: the next step is no longer than the one that is kept now.
+    shortened: bool,
     from_s: f64,
     to_s: f64,
     /// States at the step's begin and end, the rates at its end, and what bends the line between them.
@@ -105,7 +111,8 @@ impl<const N: usize> Rosenbrock<N> {
             absolute,
             relative,
             longest_s,
-            next_s: 0.05 * longest_s,
+            next_s: 0.02 * longest_s,
+            shortened: false,
             from_s: time_s,
             to_s: time_s,
             from: *state,
@@ -184,8 +191,9 @@ impl<const N: usize> Rosenbrock<N> {
             let part = correction[place].abs() / scale;
             error = if part.is_finite() { error.max(part) } else { f64::INFINITY };
         }
-        let factor = (0.9 * error.powf(-0.25)).clamp(0.2, 5.0);
-        if error > 1.0 {
+        let factor = (0.9 * (error / COMPANION).powf(-0.25)).clamp(0.2, if self.shortened { 1.0 } else { 3.0 });
+        self.shortened = error > COMPANION;
+        if self.shortened {
             self.next_s = length_s * factor;
             return (evaluations, false);
         }

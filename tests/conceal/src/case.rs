@@ -45,6 +45,8 @@ pub struct Request {
     pub way: Way,
     /// The effects, each with its own target strength.
     pub effects: Vec<(&'static Effect, f64)>,
+    /// Ids that the tool is to leave out of its list: the hidden one, or a decoy.
+    pub without: Vec<&'static str>,
     /// What kind of campaign.
     pub wish: Wish,
     /// Same seed, same case.
@@ -248,7 +250,7 @@ fn touched(draw: &mut Draw, plan: &Plan, effect: &Effect, way: Way) -> Vec<bool>
 /// Finds the scale at which `strength` is `target`: false position in the logarithms, kept inside a bracket.
 /// Gives the scale and strength that came nearest.
 fn search(target: f64, typical: f64, largest: f64, mut strength: impl FnMut(f64) -> f64) -> (f64, f64) {
-    let (mut low, mut high): (Option<(f64, f64)>, Option<(f64, f64)>) = (None, None);
+    let (mut low, mut high) = (None::<(f64, f64)>, None::<(f64, f64)>);
     let mut scale = typical.min(largest);
     let mut best = (scale, 0.0);
     for _ in 0..18 {

@@ -356,5 +356,26 @@ pub const TWINS: &[(&str, &str)] = &[
     ("filter-lag", "moving-piece-inertia"),
 ];
 
+/// Further kin, which one would not hide together.
+const KIN: &[(&str, &str)] = &[
+    ("guide-friction", "stiction"),
+    ("load-dependent-friction", "stiction"),
+    ("hunt-crossley-damping", "viscous-damping"),
+    ("pad-relaxation", "viscous-damping"),
+    ("joint-elasticity", "frame-compliance"),
+    ("link-oscillation", "speed-error"),
+    ("pose-dependent-mass", "speed-error"),
+    ("gain-error", "speed-error"),
+    ("gain-error", "pose-dependent-mass"),
+    ("rate-stiffening", "hardening"),
+    ("piezo-discharge", "charge-drift"),
+];
+
+/// What of the list resembles the listed `id`.
+#[must_use]
+pub fn alike(id: &str) -> Vec<&'static str> {
+    TWINS.iter().chain(KIN).filter_map(|(a, b)| if *a == id { Some(*b) } else { (*b == id).then_some(*a) }).collect()
+}
+
 #[cfg(test)]
 mod tests;

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::case::{self, Case, Way};
 use crate::draw::Draw;
-use crate::effect::Parameter;
+use crate::effect::{self, Parameter};
 use crate::plan::{CELL_N_PER_M, Estimate};
 use crate::world::Kind;
 
@@ -40,6 +40,8 @@ pub struct Answer {
     pub kind: String,
     /// The seed that makes this case again.
     pub seed: u64,
+    /// Mechanisms that the tool leaves out of its list, as `options.json` says beside the cases.
+    pub without: Vec<&'static str>,
     /// The verdict that is right: `consistent`, `named` or `unexplained`.
     pub right_verdict: &'static str,
     /// Strength of all that is hidden together.
@@ -81,7 +83,7 @@ pub struct HiddenAnswer {
     pub id: &'static str,
     /// Whether the contract's list has it.
     pub listed: bool,
-    /// What it resembles, where it is not listed.
+    /// What of the list resembles it.
     pub resembles: Vec<&'static str>,
     /// Strength asked for.
     pub target_d: f64,
@@ -268,7 +270,7 @@ fn answer(case: &Case, name: &str, true_model_rmse: f64) -> Answer {
         .map(|(h, (_, target))| HiddenAnswer {
             id: h.effect.id,
             listed: h.effect.listed,
-            resembles: h.effect.resembles.to_vec(),
+            resembles: if h.effect.listed { effect::alike(h.effect.id) } else { h.effect.resembles.to_vec() },
             target_d: *target,
             d: h.d,
             d_beside_others: h.d_beside_others,
@@ -278,7 +280,7 @@ fn answer(case: &Case, name: &str, true_model_rmse: f64) -> Answer {
         .collect();
     let right_verdict = if effects.is_empty() {
         "consistent"
-    } else if effects.iter().all(|e| e.listed) {
+    } else if effects.iter().all(|e| e.listed && !case.request.without.contains(&e.id)) {
         "named"
     } else {
         "unexplained"
@@ -305,6 +307,7 @@ fn answer(case: &Case, name: &str, true_model_rmse: f64) -> Answer {
         way: case.request.way.name().to_owned(),
         kind: plan.kind.name().to_owned(),
         seed: case.request.seed,
+        without: case.request.without.clone(),
         right_verdict,
         d: if case.request.way == Way::Absent { 0.0 } else { case.retuned.d },
         benign_d: case.benign_d,

@@ -56,6 +56,9 @@ enum Command {
         answer: PathBuf,
     },
     /// Draws many cases of a composition
+    ///
+    /// Beside the cases lies options.json: for some cases, mechanisms that the tool is to leave out of its list
+    /// (`--without`). Some of them are what is hidden, some are decoys.
     #[command(
         after_help = "Example: thud-conceal draw --cases 100 --seed 1 --mix single --out cases --answers answers.json"
     )]
@@ -144,10 +147,20 @@ fn run(command: Command) -> Result<(), String> {
                 Some(effect) => mix::only(effect, cases, seed, recordings),
             };
             let list = draw(&requests, &out, threads)?;
+            write_json(&out.join("options.json"), &options(&list))?;
             let mix = only.map_or_else(|| word(mix), |effect| effect.id.to_owned());
             write_json(&answers, &Answers { format: files::FORMAT, mix: Some(mix), seed, cases: list })
         }
     }
+}
+
+/// What anyone may know before a diagnosis: which mechanisms the tool is to leave out of its list in which case.
+fn options(answers: &[Answer]) -> std::collections::BTreeMap<&str, serde_json::Value> {
+    answers
+        .iter()
+        .filter(|answer| !answer.without.is_empty())
+        .map(|answer| (answer.case.as_str(), serde_json::json!({ "without": answer.without })))
+        .collect()
 }
 
 /// A progress line, an answer per case, in the order of the cases.
@@ -220,7 +233,7 @@ fn one(ids: &[String], strength: f64, way: WayWord, seed: u64, recordings: usize
         return Err(format!("`{}` belongs to the whole rig; it cannot act in a few recordings only", everywhere.id));
     }
     let effects = effects.into_iter().map(|e| (e, strength)).collect();
-    Ok(Request { way, effects, wish: Wish { kind, recordings, long: false }, seed })
+    Ok(Request { way, effects, without: Vec::new(), wish: Wish { kind, recordings, long: false }, seed })
 }
 
 fn enough(recordings: usize) -> Result<(), String> {

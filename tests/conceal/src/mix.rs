@@ -59,7 +59,7 @@ fn request(draw: &mut Draw, way: Way, effects: Vec<(&'static Effect, f64)>, reco
     // What is dropped bounces without end in the baseline; nobody records that for seconds.
     let long = draw.chance(0.1) && kind == Kind::Impact;
     let wish = Wish { kind, recordings, long };
-    Request { way, effects, wish, seed: draw.seed() }
+    Request { way, effects, without: Vec::new(), wish, seed: draw.seed() }
 }
 
 /// Effects that are only a wrong number.
@@ -77,10 +77,13 @@ fn strong(draw: &mut Draw, effect: &Effect, range: usize) -> f64 {
 }
 
 /// `count` requests of one composition other than the frozen one.
-#[expect(clippy::needless_pass_by_value, reason = "a composition is a word")]
 fn plain(draw: &mut Draw, mix: Mix, count: usize, recordings: usize) -> Vec<Request> {
     let all: Vec<&'static Effect> = listed().collect();
-    let unlisted: Vec<&'static Effect> = effect::ALL.iter().filter(|e| !e.listed).collect();
+    // Never in the list, or taken out of it; a wrong number is no shape that one could describe.
+    let unlisted: Vec<&'static Effect> = effect::ALL
+        .iter()
+        .filter(|e| !e.listed || (!WRONG_NUMBERS.contains(&e.id) && e.id != "lost-samples"))
+        .collect();
     let confinable: Vec<&'static Effect> = listed().filter(|e| e.confined != Confined::Never).collect();
     let absorbable: Vec<&'static Effect> = listed().filter(|e| e.absorbable).collect();
     let mut order: Vec<usize> = Vec::new();
@@ -120,7 +123,11 @@ fn plain(draw: &mut Draw, mix: Mix, count: usize, recordings: usize) -> Vec<Requ
                 }
                 Mix::Unlisted => {
                     let d = strong(draw, effect, 1 + (place + round) % 3);
-                    request(draw, Way::Unlisted, vec![(effect, d)], recordings)
+                    let mut request = request(draw, Way::Unlisted, vec![(effect, d)], recordings);
+                    if effect.listed {
+                        request.without = vec![effect.id];
+                    }
+                    request
                 }
                 Mix::Conditional => {
                     let d = strong(draw, effect, 1 + (place + round) % 3);
@@ -134,6 +141,18 @@ fn plain(draw: &mut Draw, mix: Mix, count: usize, recordings: usize) -> Vec<Requ
             }
         })
         .collect()
+}
+
+/// Leaves something out of the tool's list in cases where it does not matter, so that leaving out says nothing.
+fn decoys(draw: &mut Draw, all: &mut [Request]) {
+    let listed: Vec<&'static Effect> = listed().collect();
+    for request in all.iter_mut().filter(|r| r.way != Way::Unlisted) {
+        let kin = |id: &str| request.effects.iter().any(|(e, _)| e.id == id || effect::alike(e.id).contains(&id));
+        let decoy = draw.pick(&listed).id;
+        if draw.chance(0.12) && !kin(decoy) {
+            request.without = vec![decoy];
+        }
+    }
 }
 
 fn unlike_pair(draw: &mut Draw, all: &[&'static Effect]) -> [&'static Effect; 2] {
@@ -166,6 +185,7 @@ pub fn requests(mix: Mix, count: usize, seed: u64, recordings: usize) -> Vec<Req
     }
     let rest = count - all.len();
     all.extend(plain(&mut draw, Mix::Single, rest, recordings));
+    decoys(&mut draw, &mut all);
     // The number of a case says nothing about it.
     draw.shuffle(&mut all);
     all

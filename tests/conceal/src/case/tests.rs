@@ -3,7 +3,7 @@ use crate::effect;
 
 fn request(way: Way, ids: &[(&str, f64)], kind: Kind, recordings: usize, seed: u64) -> Request {
     let effects = ids.iter().map(|(id, d)| (effect::named(id).expect("an effect"), *d)).collect();
-    Request { way, effects, wish: Wish { kind, recordings, long: false }, seed }
+    Request { way, effects, without: Vec::new(), wish: Wish { kind, recordings, long: false }, seed }
 }
 
 #[test]

@@ -29,6 +29,23 @@ fn the_frozen_set_is_composed_as_promised() {
 }
 
 #[test]
+fn leaving_something_out_of_the_list_does_not_say_what_is_hidden() {
+    let all = requests(Mix::Frozen, 1000, 2, 12);
+    let mut decoys = 0;
+    for r in &all {
+        for (effect, _) in &r.effects {
+            // What is hidden may be named, unless this case is to be beyond the list.
+            let out = r.without.contains(&effect.id);
+            assert_eq!(out, r.way == Way::Unlisted && effect.listed, "{r:?} without {:?}", r.without);
+        }
+        decoys += usize::from(r.way != Way::Unlisted && !r.without.is_empty());
+    }
+    let taken_out = all.iter().filter(|r| r.way == Way::Unlisted && !r.without.is_empty()).count();
+    assert!(taken_out > 50 && decoys > 50, "{taken_out} and {decoys}");
+    assert!(all.iter().filter(|r| r.way == Way::Absent).any(|r| !r.without.is_empty()));
+}
+
+#[test]
 fn pairs_are_two_effects_that_fit_one_campaign() {
     for r in requests(Mix::Pairs, 150, 3, 12) {
         let [(a, da), (b, db)] = r.effects[..] else { panic!("{r:?} is no pair") };
