@@ -7,11 +7,14 @@ use super::held_out::{pooled, rmse};
 use super::layout::{Role, coordinate_of, value_of};
 use super::locate::locate;
 use super::predict;
-use super::select::Trial;
+use super::retuned::{Retuned, retuned};
 use super::verdict::{Verdict, remains, rest_share, twins};
+use super::words;
 
 /// What the `format` key says.
 pub const FORMAT: &str = "thud-diagnosis/1";
+/// What the `format` key of an evaluation says.
+pub const FORMAT_EVALUATION: &str = "thud-evaluation/1";
 /// Two-sided 95 % of a normal distribution.
 const DEVIATIONS_95: f64 = 1.959_964;
 
@@ -130,7 +133,7 @@ pub fn answer(diagnosis: &Diagnosis) -> Answer {
             retuned_rmse: raw_rmse(&selection.baseline),
             held_out_rmse: diagnosis.baseline_held_out.overall(problem),
             noise_rms: noise,
-            parameters: Vec::new(),
+            parameters: retuned(diagnosis).iter().map(Retuned::baseline_value).collect(),
         },
         places: locate(problem, &diagnosis.located),
         mechanisms: (0..selection.best.fit.layout.entrants.len())
@@ -141,7 +144,7 @@ pub fn answer(diagnosis: &Diagnosis) -> Answer {
                     parameters: parameters(diagnosis, place),
                     held_out_gain: diagnosis.baseline_held_out.overall(problem) - held_out,
                     indistinguishable_from: twins(selection, place).into_iter().map(|(id, _)| id).collect(),
-                    because: format!("{:?}", entrant.scope),
+                    because: words::because(diagnosis, place),
                 }
             })
             .collect(),
@@ -151,11 +154,7 @@ pub fn answer(diagnosis: &Diagnosis) -> Answer {
             noise_ratio: model_rmse / noise,
             residual_is_white: !remains(selection),
         },
-        rejected: selection
-            .rivals
-            .iter()
-            .map(|(place, trial)| rejected(diagnosis, *place, trial))
-            .collect(),
+        rejected: words::rejected(diagnosis),
         unexplained: unexplained(diagnosis, held_out),
         advice: Vec::new(),
     }
@@ -179,14 +178,6 @@ fn unexplained(diagnosis: &Diagnosis, held_out_rmse: f64) -> Unexplained {
         depends_on,
         form: map.form.clone(),
         held_out_rmse: lower.max(diagnosis.problem.noise_rms() * 0.9),
-    }
-}
-
-fn rejected(diagnosis: &Diagnosis, place: usize, trial: &Trial) -> Rejected {
-    let id = trial.fit.layout.entrants.last().map_or("", |entrant| entrant.effect.mechanism().id);
-    Rejected {
-        id: id.to_owned(),
-        because: format!("{place}: BIC {:+.1}, χ² {:.1}", trial.bic - diagnosis.selection.best.bic, trial.fit.cost),
     }
 }
 
