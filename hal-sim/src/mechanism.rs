@@ -13,16 +13,18 @@
 //! |---|---|---|
 //! | pad | [`ForceLaw`](crate::rig::ForceLaw) on `assembly.contact_laws`: force from depth, rate and states of its own; a knot where its form changes | `hunt-crossley-damping`, `viscous-damping` (depend on the rate), `pad-relaxation` (a state: the strain of the viscous branch), `hardening` (elastic) |
 //! | pad, spring | `stiffness_n_per_m` of the element, changed once with the approach's speed and order number in hand | `rate-stiffening`, `mullins-softening`, spring repeatability, a wrong spring |
-//! | spring | `ForceLaw` on `assembly.spring`, with a knot or a rate | `end-stop`, `clearance` (a part bears only beyond a gap), `air-damping` (with a laminar part, since a massless piece cannot be balanced by a drag that vanishes with the square of its rate) |
-//! | guide | numbers of [`Guide`](crate::rig::Guide): Coulomb level, static ratio, load coefficient, share through the cell | `guide-friction`, `stiction`, `load-dependent-friction` |
-//! | piece, base | a body: `assembly.piece`; a frame is a second body below the spring | `moving-piece-inertia`, `frame-compliance` |
-//! | robot | `assembly.joint` splits the robot's mass in tip and link | `joint-elasticity`, `force-ceiling` (the joint's force saturates) |
+//! | contact | `pull_off_n` of the element that the robot touches: it holds at negative depth until then | `adhesion` |
+//! | spring | `ForceLaw` on `assembly.spring`, with a knot | `end-stop`, `clearance` (a part bears only beyond a gap) |
+//! | guide | numbers of [`Guide`](crate::rig::Guide): Coulomb level, static ratio, load coefficient, share through the cell, drag of the air | `guide-friction`, `stiction`, `load-dependent-friction`, `air-damping` |
+//! | piece, base | a body: `assembly.piece`; `assembly.frame`, a second body below the springs | `moving-piece-inertia`, `frame-compliance` |
+//! | robot | `assembly.joint` splits the robot's mass in tip and link; `assembly.ceiling` lets them slip; `assembly.sway` accelerates all of it | `joint-elasticity`, `force-ceiling`, `link-oscillation` |
 //! | drive | [`Drive`](crate::rig::Drive): force on the robot from time since contact, position, velocity, and time since a trigger (a force passed for a delay) | `robot-push`, `collision-reaction`, `air-drag` |
-//! | initial condition | `assembly.approach`, changed before the motion begins: speed, mass by configuration, order | `speed-error`, `pose-dependent-mass`, `link-oscillation` (speed at contact as function of order or phase) |
+//! | initial condition | `assembly.approach`, changed before anything else enters: speed, mass by configuration | `speed-error`, `pose-dependent-mass` |
 //! | chain | [`Stage`](crate::rig::Stage): works on the sampled signal, in order | `piezo-discharge`, `charge-drift`, `clipping`, `filter-lag`, `mains-hum`, `gain-error`, `lost-samples` (later samples come early) |
 //!
 //! A new site (say, a second robot joint) is a change of the assembly; a new mechanism at a known site is not.
 
+mod adhesion;
 mod air_damping;
 mod air_drag;
 mod charge_drift;
@@ -32,11 +34,14 @@ mod collision_reaction;
 mod effect;
 mod end_stop;
 mod filter_lag;
+mod force_ceiling;
+mod frame_compliance;
 mod gain_error;
 mod guide_friction;
 mod hardening;
 mod hunt_crossley_damping;
 mod joint_elasticity;
+mod link_oscillation;
 mod load_dependent_friction;
 mod lost_samples;
 mod mains_hum;
@@ -67,13 +72,17 @@ pub static LIST: &[&Mechanism] = &[
     &hardening::MECHANISM,
     &end_stop::MECHANISM,
     &clearance::MECHANISM,
+    &adhesion::MECHANISM,
     &air_damping::MECHANISM,
     &guide_friction::MECHANISM,
     &load_dependent_friction::MECHANISM,
     &stiction::MECHANISM,
     &moving_piece_inertia::MECHANISM,
+    &frame_compliance::MECHANISM,
     &joint_elasticity::MECHANISM,
+    &link_oscillation::MECHANISM,
     &robot_push::MECHANISM,
+    &force_ceiling::MECHANISM,
     &collision_reaction::MECHANISM,
     &pose_dependent_mass::MECHANISM,
     &speed_error::MECHANISM,

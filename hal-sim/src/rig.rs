@@ -31,7 +31,8 @@ mod trajectory;
 use crate::mechanism::Effect;
 
 pub use assembly::{
-    Assembly, Deformation, Drive, Element, ForceLaw, Guide, Joint, Motion, Piece, Response, Stage, Trigger,
+    Assembly, Ceiling, Deformation, Drive, Element, ForceLaw, Frame, Guide, Joint, Motion, Piece, Response, Stage,
+    Sway, Trigger,
 };
 pub use impact::{Contact, Impact, Quantity, Truth};
 pub use integrate::{Accuracy, Effort};

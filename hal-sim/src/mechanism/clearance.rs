@@ -47,7 +47,10 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    assembly.spring.laws.push(Box::new(Play { gap_m: effect.value(0), share: effect.value(1) }));
+    let spring = &mut assembly.spring;
+    let share = effect.value(1) * spring.without_play;
+    spring.without_play -= share;
+    spring.laws.push(Box::new(Play { gap_m: effect.value(0), share }));
 }
 
 #[derive(Debug)]

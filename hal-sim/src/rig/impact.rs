@@ -237,13 +237,18 @@ impl Impact {
     }
 
     fn before(&self, quantity: Quantity, time_s: f64) -> f64 {
-        let speed = self.system.assembly.approach.speed_m_per_s;
-        let gravity = self.system.assembly.gravity_m_per_s2;
-        match (self.system.assembly.kind, quantity) {
+        let assembly = &self.system.assembly;
+        let sway = assembly
+            .sway
+            .map(|sway| (sway.position_m(time_s), sway.velocity_m_per_s(time_s), sway.acceleration_m_per_s2(time_s)));
+        let (sway_m, sway_m_per_s, sway_m_per_s2) = sway.unwrap_or_default();
+        let mean = assembly.approach.speed_m_per_s - assembly.sway.map_or(0.0, |sway| sway.velocity_m_per_s(0.0));
+        let gravity = assembly.gravity_m_per_s2;
+        match (assembly.kind, quantity) {
             (Kind::Fall, _) => 0.0,
-            (_, Quantity::Position) => speed * time_s + 0.5 * gravity * time_s * time_s,
-            (_, Quantity::Velocity) => speed + gravity * time_s,
-            (_, Quantity::Acceleration) => gravity,
+            (_, Quantity::Position) => mean * time_s + 0.5 * gravity * time_s * time_s + sway_m,
+            (_, Quantity::Velocity) => mean + gravity * time_s + sway_m_per_s,
+            (_, Quantity::Acceleration) => gravity + sway_m_per_s2,
             _ => 0.0,
         }
     }
