@@ -3,6 +3,7 @@
 //! `cargo xtask test` is the one command that passes all tests on a fresh machine; it installs what it lacks.
 
 mod dictionary;
+mod mechanisms;
 mod python;
 mod size;
 mod step;
@@ -20,6 +21,7 @@ Chores:
   size                 build the firmware for the board; its flash and memory beside the budget
   dictionary           write docs/can/ (EDS, DBC, object table) from the firmware's object dictionary
   dictionary NODE...   print a DBC file for sensors with these node ids (1 to 127, or 0x01 to 0x7F)
+  mechanisms           write docs/mechanisms.md from the list of mechanisms
   tables               remake the tables of the README (accuracy, speed); takes some minutes
 ";
 
@@ -35,6 +37,7 @@ fn main() -> ExitCode {
         Some("size") => target::toolchain().and_then(|found| found.map_or(Ok(()), size::run)),
         Some("tables") => test::tables(),
         Some("dictionary") => dictionary::run(&arguments.collect::<Vec<_>>()),
+        Some("mechanisms") => mechanisms::run(),
         Some("help" | "--help" | "-h") | None => {
             print!("{HELP}");
             return ExitCode::SUCCESS;

@@ -110,7 +110,7 @@ fn list() {
 }
 
 /// One mechanism in full, for a terminal of 100 columns.
-fn screen(mechanism: &Mechanism) -> String {
+fn screen(mechanism: &'static Mechanism) -> String {
     use std::fmt::Write as _;
 
     let mut text = String::new();

@@ -127,6 +127,8 @@ fn rests(area: &DrawingArea<SVGBackend<'_>, Shift>, pictured: &Pictured, scale: 
             chart.draw_series(std::iter::once(Rectangle::new(corners, SHADE.filled())))?;
         }
     }
+    let x_tick = |value: &f64| tick(*value, pictured.span.1 - pictured.span.0);
+    let y_tick = |value: &f64| tick(*value, y.1 - y.0);
     let mut mesh = chart.configure_mesh();
     mesh.light_line_style(TRANSPARENT)
         .bold_line_style(GRID)
@@ -134,8 +136,8 @@ fn rests(area: &DrawingArea<SVGBackend<'_>, Shift>, pictured: &Pictured, scale: 
         .x_labels(if scale.large { 10 } else { 5 })
         .y_labels(if scale.large { 5 } else { 3 })
         .y_desc("rest ÷ noise")
-        .x_label_formatter(&|value| tick(*value, pictured.span.1 - pictured.span.0))
-        .y_label_formatter(&|value| tick(*value, y.1 - y.0))
+        .x_label_formatter(&x_tick)
+        .y_label_formatter(&y_tick)
         .label_style((FONT, scale.font()))
         .axis_desc_style((FONT, scale.font() + 1));
     if scale.large {

@@ -7,7 +7,6 @@ use crate::diagnosis::{Diagnosis, locate::Course};
 /// One recording, times in ms from the contact of the chosen model.
 #[derive(Clone, Debug)]
 pub(super) struct Pictured {
-    pub(super) number: usize,
     pub(super) name: String,
     /// Speed, mass and configuration, as believed.
     pub(super) conditions: String,
@@ -64,7 +63,6 @@ pub(super) fn pictured(diagnosis: &Diagnosis, answer: &Answer) -> Vec<Pictured> 
                 rest_before.iter().filter(|(t, _)| (span.0..=span.1).contains(t)).map(|(_, r)| r * r).collect();
             let configuration = &problem.configurations[recording.configuration];
             Pictured {
-                number,
                 name: recording.name.clone(),
                 conditions: format!(
                     "{} m/s, {} kg, configuration {configuration}",
