@@ -31,7 +31,8 @@ impl Bristles {
         let stiffness = highest / g.presliding_m;
         // z' = v − σ₀·|v|·z/g(v), implicit in z, so that it cannot overshoot.
         self.bend_m = (self.bend_m + step_s * speed) / (1.0 + step_s * stiffness * speed.abs() / limit.max(1e-9));
-        let micro = (stiffness * self.piece_kg).sqrt() * (-(speed / 0.002).powi(2)).exp();
+        // Micro-damping of the bristles, gone once they slide faster than millimetres a second.
+        let micro = (stiffness * self.piece_kg).sqrt() / (1.0 + (speed / 0.002).powi(2)).powi(2);
         (stiffness * self.bend_m, micro)
     }
 }

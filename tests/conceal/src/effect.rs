@@ -355,3 +355,6 @@ pub const TWINS: &[(&str, &str)] = &[
     ("clipping", "force-ceiling"),
     ("filter-lag", "moving-piece-inertia"),
 ];
+
+#[cfg(test)]
+mod tests;

@@ -56,7 +56,9 @@ fn request(draw: &mut Draw, way: Way, effects: Vec<(&'static Effect, f64)>, reco
     let bare: Vec<&Effect> = effects.iter().map(|(e, _)| *e).collect();
     // Peaks agree exactly only where no mass comes down a second time.
     let kind = if way == Way::Absorbed { Kind::Impact } else { kind(draw, &bare) };
-    let wish = Wish { kind, recordings, long: draw.chance(0.1) };
+    // What is dropped bounces without end in the baseline; nobody records that for seconds.
+    let long = draw.chance(0.1) && kind == Kind::Impact;
+    let wish = Wish { kind, recordings, long };
     Request { way, effects, wish, seed: draw.seed() }
 }
 
@@ -181,3 +183,6 @@ pub fn only(effect: &'static Effect, count: usize, seed: u64, recordings: usize)
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests;

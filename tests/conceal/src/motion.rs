@@ -127,8 +127,11 @@ fn collide(world: &World, sampling: &Sampling) -> Trace {
     let k = 1.0 / (1.0 / spring.stiffness_n_per_m + 1.0 / chain.cell_n_per_m);
     let piece_kg = world.piece.mass_kg;
     let side = pad.stiffness_n_per_m + k + pad.branches.iter().map(|b| b.0).sum::<f64>();
-    let ring = (side / piece_kg).sqrt();
-    let longest = LONGEST_STEP_S.min(0.4 / ring);
+    let guide = &world.guide;
+    let bristles = guide.breakaway_n.max(guide.sliding_n) / guide.presliding_m;
+    // Verlet is stable up to h·ω = 2. A ring faster than this resolves is far above the anti-alias filter.
+    let ring = ((side + bristles) / piece_kg).sqrt();
+    let longest = LONGEST_STEP_S.min(0.8 / ring);
     let per_sample = (1.0 / (sampling.rate_hz * longest)).ceil();
     let h = 1.0 / (sampling.rate_hz * per_sample);
     let per_sample = per_sample as usize;
@@ -321,7 +324,9 @@ fn collide(world: &World, sampling: &Sampling) -> Trace {
             }
             stroke_m = stroke_m.max(u);
             let mut signal = felt * (1.0 + chain.curvature * felt / 2000.0);
-            signal *= (chain.tilt_rad_per_m * u).cos();
+            if chain.tilt_rad_per_m > 0.0 {
+                signal *= (chain.tilt_rad_per_m * u).cos();
+            }
             if let Some((shift, tau)) = chain.heat {
                 let joule = 0.5 * m * world.speed_m_per_s * world.speed_m_per_s;
                 let goal = if touched { shift * joule } else { 0.0 };
@@ -334,3 +339,6 @@ fn collide(world: &World, sampling: &Sampling) -> Trace {
     let end = sampling.samples as f64 / sampling.rate_hz;
     Trace { readings, peak_s, separation_s: separation_s.unwrap_or(end), peak_n, stroke_m }
 }
+
+#[cfg(test)]
+mod tests;

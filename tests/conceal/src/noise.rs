@@ -77,3 +77,6 @@ impl Colour {
         (&self.coefficients, self.innovation)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -149,12 +149,10 @@ impl PadKind {
 
 /// A number that a person would write.
 fn rounded(value: f64, digits: i32) -> f64 {
-    if value == 0.0 {
-        return 0.0;
-    }
-    #[expect(clippy::cast_possible_truncation, reason = "a decimal exponent")]
-    let scale = 10f64.powi(digits - 1 - value.abs().log10().floor() as i32);
-    (value * scale).round() / scale
+    #[expect(clippy::cast_sign_loss, reason = "digits are few and positive")]
+    let decimals = (digits - 1) as usize;
+    // Through text, so that what is written is short.
+    format!("{value:.decimals$e}").parse().unwrap_or(value)
 }
 
 fn believed(draw: &mut Draw, truth: f64, relative_sd: f64, digits: i32) -> Estimate {
