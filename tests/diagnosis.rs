@@ -189,8 +189,8 @@ fn what_cannot_be_used_is_refused_with_a_sentence() {
     std::fs::write(folder.0.join("plain/campaign.toml"), &toml).unwrap();
     for number in 1..=6 {
         let path = folder.0.join(format!("plain/recordings/{number:03}.csv"));
-        let quiet: String =
-            (0..400).fold("time_s,force_N\n".to_owned(), |text, n| text + &format!("{},{}\n", f64::from(n) * 5e-4, n % 2));
+        let quiet: String = (0..400)
+            .fold("time_s,force_N\n".to_owned(), |text, n| text + &format!("{},{}\n", f64::from(n) * 5e-4, n % 2));
         std::fs::write(path, quiet).unwrap();
     }
     let words = refuses(&folder, &["diagnose", "plain"]);

@@ -17,8 +17,7 @@ The physics that a rig may have beyond the ideal impact. `thud simulate --mechan
 \"Usual\" is what a rig of this kind is likely to have, \"possible\" what is accepted at all; at \"absent\" the mechanism does nothing.
 ";
 
-const GROUPS: [Group; 6] =
-    [Group::Contact, Group::Guide, Group::Bodies, Group::Robot, Group::Measuring, Group::Fall];
+const GROUPS: [Group; 6] = [Group::Contact, Group::Guide, Group::Bodies, Group::Robot, Group::Measuring, Group::Fall];
 
 fn file() -> PathBuf {
     step::root().join("docs/mechanisms.md")

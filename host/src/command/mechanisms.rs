@@ -89,9 +89,9 @@ impl Mechanisms {
             }
             return Ok(());
         };
-        let mechanism = Mechanism::find(id).map_err(
-            |error| miette!(help = "`thud mechanisms` without an id lists them with their equations", "{error}"),
-        )?;
+        let mechanism = Mechanism::find(id).map_err(|error| {
+            miette!(help = "`thud mechanisms` without an id lists them with their equations", "{error}")
+        })?;
         self.json.write(&Shown::new(mechanism))?;
         if !self.json.owns_stdout() {
             crate::standard_output::say(format_args!("{}", screen(mechanism)));

@@ -88,7 +88,10 @@ pub struct Moved {
 /// A campaign that cannot be used, or that is of another kind than the model.
 pub fn evaluate(model: &Model, loaded: &Loaded) -> Result<Evaluation, DiagnosisError> {
     if model.rig.kind != loaded.campaign.rig.kind {
-        return Err(DiagnosisError::OtherKind { model: model.rig.kind.name(), campaign: loaded.campaign.rig.kind.name() });
+        return Err(DiagnosisError::OtherKind {
+            model: model.rig.kind.name(),
+            campaign: loaded.campaign.rig.kind.name(),
+        });
     }
     let mut loaded = loaded.clone();
     loaded.campaign.rig = Rig {
@@ -113,7 +116,13 @@ pub fn evaluate(model: &Model, loaded: &Loaded) -> Result<Evaluation, DiagnosisE
         .collect();
     let noise = problem.noise_rms();
     let overall = pooled(&problem, &each);
-    let free = Fit::run(&problem, admitted(model, whole.clone()), whole.start_from(&problem, &fit.layout, &fit.point), &all, Effort::FULL);
+    let free = Fit::run(
+        &problem,
+        admitted(model, whole.clone()),
+        whole.start_from(&problem, &fit.layout, &fit.point),
+        &all,
+        Effort::FULL,
+    );
     let (verdict, because, moved) = judge(&problem, free.as_ref().unwrap_or(&fit), &all, overall, noise);
     let recordings = all
         .iter()
@@ -273,8 +282,9 @@ fn judge(problem: &Problem, fit: &Fit, all: &[usize], overall: f64, noise: f64) 
         );
         return ("changed", because, moved);
     }
-    let because =
-        format!("The model still holds: {recordings} show {ratio:.2} times the noise, and nothing in the rest is significant.");
+    let because = format!(
+        "The model still holds: {recordings} show {ratio:.2} times the noise, and nothing in the rest is significant."
+    );
     ("holds", because, moved)
 }
 

@@ -100,11 +100,16 @@ pub fn to_toml(diagnosis: &Diagnosis, name: &str) -> String {
             && let Ok(number) = fit.layout.effect_at(place, &fit.point, 0).get("configuration")
             && let Some(configuration) = diagnosis.problem.configurations.get(number.round() as usize)
         {
-            let _ = writeln!(text, "# pose-dependent-mass: the configuration's number is its place in the campaign; it is {configuration}.");
+            let _ = writeln!(
+                text,
+                "# pose-dependent-mass: the configuration's number is its place in the campaign; it is {configuration}."
+            );
         }
     }
     if super::verdict::remains(&diagnosis.selection) {
-        text.push_str("# Something is left beyond this model that no mechanism of the list explains; it is not in this file.\n");
+        text.push_str(
+            "# Something is left beyond this model that no mechanism of the list explains; it is not in this file.\n",
+        );
     }
     text.push_str(&found_model(diagnosis, name).to_toml());
     text

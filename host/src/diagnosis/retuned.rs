@@ -74,14 +74,17 @@ pub fn retuned(diagnosis: &Diagnosis) -> Vec<Retuned> {
                     "N/m",
                     problem.rig.body_stiffness_n_per_m?,
                 ),
-                Role::Pad => {
-                    ("pad_stiffness_N_per_m".to_owned(), "pad's stiffness".to_owned(), "N/m", problem.rig.pad_stiffness_n_per_m?)
-                }
+                Role::Pad => (
+                    "pad_stiffness_N_per_m".to_owned(),
+                    "pad's stiffness".to_owned(),
+                    "N/m",
+                    problem.rig.pad_stiffness_n_per_m?,
+                ),
                 Role::Mass(number) => {
                     let configuration = &problem.configurations[*number];
                     (
                         format!("effective_mass_ratio[{configuration}]"),
-                        format!("mass in configuration {configuration}, over the stated one"),
+                        format!("mass in configuration {configuration}"),
                         "1",
                         Estimate::new(1.0, problem.mass_sd[*number]),
                     )

@@ -22,6 +22,26 @@ pub fn short(value: f64) -> String {
     if size == 0.0 || (1e-4..1e7).contains(&size) { format!("{rounded}") } else { format!("{rounded:e}") }
 }
 
+/// A value with an interval, in the digits that the interval deserves.
+#[must_use]
+pub fn with_interval(value: f64, low: f64, high: f64) -> (String, String, String) {
+    let half = 0.5 * (high - low);
+    let plain = |value: f64| (1e-4..1e7).contains(&value.abs()) || value == 0.0;
+    if !(half.is_finite() && half > 0.0 && plain(value)) {
+        return (short(value), short(low), short(high));
+    }
+    let decimals = (1.0 - half.log10().floor()).clamp(0.0, 9.0) as usize;
+    let digits = |value: f64| format!("{value:.decimals$}");
+    (digits(value), digits(low), digits(high))
+}
+
+/// A value in the decimals in which another one has three digits.
+#[must_use]
+pub fn beside(value: f64, other: f64) -> String {
+    let decimals = (2.0 - other.abs().max(1e-12).log10().floor()).clamp(0.0, 9.0) as usize;
+    format!("{value:.decimals$}")
+}
+
 /// A part as a percentage.
 #[must_use]
 pub fn percent(part: f64) -> String {
@@ -103,14 +123,14 @@ pub fn gain(diagnosis: &Diagnosis, answer: &Answer) -> String {
     if answer.mechanisms.is_empty() {
         return format!(
             "On recordings that took no part the re-tuned simulation is off by {} {unit} rms, {:.2} times the noise.",
-            short(before),
+            beside(before, noise),
             before / noise
         );
     }
     format!(
         "On recordings that took no part the simulation is then off by {} {unit} rms instead of {}: {:.2} times the noise instead of {:.2}.",
-        short(after),
-        short(before),
+        beside(after, noise),
+        beside(before, noise),
         after / noise,
         before / noise
     )
@@ -190,7 +210,8 @@ pub fn against(evidence: &Evidence) -> String {
     let Some(score) = evidence.score else {
         return "it changes nothing in these recordings that could be seen".to_owned();
     };
-    let imitated = evidence.absorbed.map_or(String::new(), |absorbed| format!("re-tuning imitates {} of it", percent(absorbed)));
+    let imitated =
+        evidence.absorbed.map_or(String::new(), |absorbed| format!("re-tuning imitates {} of it", percent(absorbed)));
     let seen = evidence.limit.map_or(String::new(), |limit| format!(", {}", limit_words(limit)));
     if score > POOR {
         format!("its score is {score:.1}, less than that of those that were refitted; {imitated}")
@@ -212,7 +233,12 @@ fn against_rival(contest: Contest) -> String {
     let more = contest.parameters;
     let cost = match more {
         0 => "with as many parameters".to_owned(),
-        more => format!("with {} parameter{} {}", more.abs(), if more.abs() == 1 { "" } else { "s" }, if more > 0 { "more" } else { "less" }),
+        more => format!(
+            "with {} parameter{} {}",
+            more.abs(),
+            if more.abs() == 1 { "" } else { "s" },
+            if more > 0 { "more" } else { "less" }
+        ),
     };
     let size = contest.chi_squared.abs();
     let side = if contest.chi_squared >= 0.0 { "higher" } else { "lower" };
@@ -225,22 +251,30 @@ fn against_rival(contest: Contest) -> String {
     }
 }
 
-/// What the baseline misread to hide what was left out, a sentence each.
+/// What the baseline misread to hide what was left out, in a sentence without its end; `None`: nothing worth a word.
 #[must_use]
-pub fn misread(diagnosis: &Diagnosis) -> Vec<String> {
+pub fn misread(diagnosis: &Diagnosis) -> Option<String> {
+    /// More would be a table.
+    const SHOWN: usize = 4;
     let entrants = &diagnosis.selection.best.fit.layout.entrants;
     if entrants.is_empty() {
-        return Vec::new();
+        return None;
     }
     let names: Vec<String> = entrants.iter().map(|entrant| entrant.effect.mechanism().id.to_owned()).collect();
-    retuned(diagnosis)
+    let mut beliefs = retuned(diagnosis);
+    beliefs.retain(|belief| belief.misread().abs() > MISREAD);
+    beliefs.sort_by(|a, b| b.misread().abs().total_cmp(&a.misread().abs()));
+    let readings: Vec<String> = beliefs
         .iter()
-        .filter(|belief| belief.misread().abs() > MISREAD)
+        .take(SHOWN)
         .map(|belief| {
             let side = if belief.misread() > 0.0 { "high" } else { "low" };
-            format!("{} reads {} {side} to hide {}", belief.label, percent(belief.misread().abs()), listed(&names, "and"))
+            format!("the {} {} {side}", belief.label, percent(belief.misread().abs()))
         })
-        .collect()
+        .collect();
+    (!readings.is_empty()).then(|| {
+        format!("the re-tuned simulation reads {} to hide {}", listed(&readings, "and"), listed(&names, "and"))
+    })
 }
 
 /// A phase in words.
@@ -279,6 +313,11 @@ mod tests {
         assert_eq!(short(25_123.4), "25100");
         assert_eq!(short(0.150_61), "0.151");
         assert_eq!(short(1.5e-7), "1.5e-7");
+        let three = |a: &str, b: &str, c: &str| (a.to_owned(), b.to_owned(), c.to_owned());
+        assert_eq!(with_interval(18.004, 17.98, 18.03), three("18.004", "17.980", "18.030"));
+        assert_eq!(with_interval(0.1518, 0.1376, 0.1676), three("0.152", "0.138", "0.168"));
+        assert_eq!(with_interval(25_000.0, 25_000.0, 25_000.0), three("25000", "25000", "25000"));
+        assert_eq!(beside(0.3, 0.301), "0.300");
         assert_eq!((percent(0.9712), percent(0.029)), ("97 %".to_owned(), "2.9 %".to_owned()));
         assert_eq!(p_words(1e-12), "p < 1e-9");
         let words: Vec<String> = ["a", "b", "c"].map(str::to_owned).into();
@@ -288,7 +327,10 @@ mod tests {
     #[test]
     fn a_rival_is_rejected_by_what_it_leaves() {
         let contest = Contest { instead_of: Some("guide-friction"), chi_squared: 106.2, bic: 106.2, parameters: 0 };
-        assert_eq!(against_rival(contest), "leaves χ² 106 higher than guide-friction with as many parameters: BIC 106 worse");
+        assert_eq!(
+            against_rival(contest),
+            "leaves χ² 106 higher than guide-friction with as many parameters: BIC 106 worse"
+        );
         let added = Contest { instead_of: None, chi_squared: -14.0, bic: -6.0, parameters: 1 };
         assert_eq!(against_rival(added), "χ² 14 lower with 1 parameter more: BIC gains 6, and 20 is asked for");
     }

@@ -28,7 +28,8 @@ fn a_model_is_read_and_written_back() {
 
 #[test]
 fn a_mechanism_may_act_in_one_configuration_only() {
-    let text = TEXT.replace("id = \"guide-friction\"", "id = \"guide-friction\"\nconfiguration = \"arm \\\"stretched\\\"\"");
+    let text =
+        TEXT.replace("id = \"guide-friction\"", "id = \"guide-friction\"\nconfiguration = \"arm \\\"stretched\\\"\"");
     let model = Model::parse("model.toml", &text).unwrap();
     assert!(model.effects().is_empty());
     assert_eq!(model.limited()[0].1, "arm \"stretched\"");

@@ -148,8 +148,8 @@ fn rests(area: &DrawingArea<SVGBackend<'_>, Shift>, pictured: &Pictured, scale: 
         let ends = [(pictured.span.0, level), (pictured.span.1, level)];
         chart.draw_series(DashedLineSeries::new(ends, 2, 4, BLACK.stroke_width(1)))?;
     }
-    chart.draw_series(LineSeries::new(before, REST.stroke_width(3)))?;
-    chart.draw_series(LineSeries::new(after, BLACK.stroke_width(1)))?;
+    chart.draw_series(LineSeries::new(before, REST.stroke_width(if scale.large { 5 } else { 4 })))?;
+    chart.draw_series(LineSeries::new(after, BLACK.stroke_width(if scale.large { 2 } else { 1 })))?;
     Ok(())
 }
 
@@ -175,9 +175,7 @@ pub(super) fn caption(
 /// What the lines of these figures mean, as SVG swatches with words.
 pub(super) fn legend() -> Vec<(String, &'static str)> {
     let swatch = |draw: &dyn Fn(&DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), Failure>| svg((44, 14), draw);
-    let line = |style: ShapeStyle| {
-        swatch(&move |area| area.draw(&PathElement::new(vec![(0, 7), (44, 7)], style)))
-    };
+    let line = |style: ShapeStyle| swatch(&move |area| area.draw(&PathElement::new(vec![(0, 7), (44, 7)], style)));
     let dashes = |on: i32, off: i32, width: u32| {
         swatch(&move |area| {
             let mut x = 0;
@@ -189,15 +187,12 @@ pub(super) fn legend() -> Vec<(String, &'static str)> {
         })
     };
     vec![
-        (line(OBSERVED.stroke_width(6)), "observed"),
-        (dashes(7, 5, 2), "before: the re-tuned simulation"),
-        (line(BLACK.stroke_width(1)), "after: with what was found"),
-        (line(REST.stroke_width(3)), "rest before"),
-        (line(BLACK.stroke_width(1)), "rest after"),
-        (dashes(2, 4, 1), "±2 standard deviations of the noise"),
-        (
-            swatch(&|area| area.draw(&Rectangle::new([(0, 0), (44, 14)], SHADE.filled()))),
-            "located place",
-        ),
+        (line(OBSERVED.stroke_width(6)), "above: observed"),
+        (dashes(7, 5, 2), "simulated before, re-tuned"),
+        (line(BLACK.stroke_width(1)), "simulated after, with what was found"),
+        (line(REST.stroke_width(5)), "below: what is left before"),
+        (line(BLACK.stroke_width(2)), "what is left after"),
+        (dashes(2, 4, 1), "±2 standard deviations of noise"),
+        (swatch(&|area| area.draw(&Rectangle::new([(0, 0), (44, 14)], SHADE.filled()))), "located place"),
     ]
 }

@@ -40,7 +40,8 @@ fn places(diagnosis: &Diagnosis) -> Vec<(usize, usize, f64, f64)> {
         let Ok(impact) = predict::strike(problem, &fit.layout, &fit.point, number) else { continue };
         let course = Course::of(problem, fit, number);
         let since: Vec<f64> = recording.times_s.iter().map(|time| time - course.contact_s).collect();
-        let (position, velocity) = (impact.sample(Quantity::Position, &since), impact.sample(Quantity::Velocity, &since));
+        let (position, velocity) =
+            (impact.sample(Quantity::Position, &since), impact.sample(Quantity::Velocity, &since));
         let touching = |time: f64| (course.contact_s..course.separation_s).contains(&time);
         all.extend(
             (0..since.len())

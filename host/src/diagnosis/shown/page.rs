@@ -10,6 +10,7 @@ use crate::diagnosis::{Diagnosis, words};
 use crate::report::page::STYLE;
 
 const OWN_STYLE: &str = "
+.number { white-space: nowrap } .campaign { margin-top: 0; color: #444 }
 .verdict.consistent { border-width: 2px } .verdict.named { border-width: 5px } .verdict.ambiguous { border-style: dashed; border-width: 4px } .verdict.unexplained { border-style: double; border-width: 8px }
 .verdict p { margin: .3rem 0; font-size: 1rem } .equation { font-family: serif; font-size: 1.15rem; margin: .4rem 0 .4rem 1rem }
 .multiples { display: grid; grid-template-columns: repeat(3, 1fr); gap: .4rem 1rem } .multiples figure { margin: 0 } .multiples figcaption { font-size: .82rem; margin-left: .4rem }
@@ -29,7 +30,7 @@ pub fn page(diagnosis: &Diagnosis, answer: &Answer, name: &str) -> String {
         "m" => "position, m",
         _ => "acceleration, m/s²",
     };
-    let title = format!("Does the simulation hold? {name}");
+    let title = format!("Does the simulation hold? – {name}");
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -40,11 +41,12 @@ pub fn page(diagnosis: &Diagnosis, answer: &Answer, name: &str) -> String {
                 style { (PreEscaped(STYLE)) (PreEscaped(OWN_STYLE)) }
             }
             body {
-                h1 { (title) }
+                h1 { "Does the simulation hold?" }
+                p.campaign { "Diagnosis of the campaign " strong { (name) } }
                 div class={ "verdict " (answer.verdict) } {
                     strong { (words::verdict(diagnosis, answer)) }
                     p { (words::gain(diagnosis, answer)) }
-                    @for sentence in words::misread(diagnosis).iter().take(2) { p { "Without it, the " (sentence) "." } }
+                    @if let Some(sentence) = words::misread(diagnosis) { p { "Without it, " (sentence) "." } }
                 }
                 p {
                     "Recordings of impacts were compared with the simulation that the standard implies. First everything that the experimenter
@@ -112,8 +114,8 @@ fn place_section(diagnosis: &Diagnosis, answer: &Answer, pictures: &[Pictured], 
                 (PreEscaped(figure::recording(picture, quantity, true)))
                 (legend())
                 figcaption {
-                    "Recording " (picture.name) " (" (picture.conditions) "), in which most is left: above what was observed and simulated, below the
-                     difference over the noise."
+                    "Recording " (picture.name) " (" (picture.conditions) "), in which most is left: above what was observed and simulated, below what each
+                     simulation leaves: means of the rest over a fiftieth of the time shown, in standard deviations that noise gives such a mean."
                     @if answer.mechanisms.is_empty() && diagnosis.map.is_none() { " As nothing had to be added, before and after are the same." }
                     @if diagnosis.map.is_some() { " After is with the map of what has no name." }
                 }

@@ -16,9 +16,9 @@ pub(super) struct Pictured {
     pub(super) before: Vec<(f64, f64)>,
     /// The chosen model, with the map of what has no name where there is one.
     pub(super) after: Vec<(f64, f64)>,
-    /// Observed minus re-tuned baseline, over the noise.
+    /// Observed minus re-tuned baseline: running means, in standard deviations that the noise gives them.
     pub(super) rest_before: Vec<(f64, f64)>,
-    /// Observed minus chosen model, over the noise.
+    /// Observed minus chosen model, the same.
     pub(super) rest_after: Vec<(f64, f64)>,
     /// Located places that concern this recording, ms.
     pub(super) shaded: Vec<(f64, f64)>,
@@ -26,6 +26,20 @@ pub(super) struct Pictured {
     pub(super) span: (f64, f64),
     /// Mean square of the rest before, over the span.
     pub(super) misfit: f64,
+}
+
+/// Running means are over this part of the time shown, so that a form shows through the noise.
+const STRETCHES: f64 = 50.0;
+
+/// Means over `width` neighbours, times its root: white noise of unit variance stays so.
+fn running_mean(values: &[f64], width: usize) -> Vec<f64> {
+    let (left, right) = ((width - 1) / 2, width / 2);
+    (0..values.len())
+        .map(|place| {
+            let stretch = &values[place.saturating_sub(left)..(place + right + 1).min(values.len())];
+            stretch.iter().sum::<f64>() / (stretch.len() as f64).sqrt()
+        })
+        .collect()
 }
 
 /// All recordings.
@@ -41,13 +55,15 @@ pub(super) fn pictured(diagnosis: &Diagnosis, answer: &Answer) -> Vec<Pictured> 
         .map(|(number, recording)| {
             let contact_s = contact.map_or(recording.contact_guess_s, |place| best.point.locals[number][place]);
             let ms: Vec<f64> = recording.times_s.iter().map(|time| 1e3 * (time - contact_s)).collect();
-            let line = |values: &mut dyn Iterator<Item = f64>| -> Vec<(f64, f64)> { ms.iter().copied().zip(values).collect() };
+            let line =
+                |values: &mut dyn Iterator<Item = f64>| -> Vec<(f64, f64)> { ms.iter().copied().zip(values).collect() };
             let observed = &recording.series[0];
             let before = &baseline.model[number];
             let added = |place: usize| diagnosis.map.as_ref().map_or(0.0, |map| map.added[number][place]);
             let after: Vec<f64> = (0..ms.len()).map(|place| best.model[number][place] + added(place)).collect();
             let course = Course::of(problem, best, number);
-            let lasts = 1e3 * (course.separation_s - course.contact_s).clamp(1e-3, 2.0 * recording.contact_time_s + 1e-3);
+            let lasts =
+                1e3 * (course.separation_s - course.contact_s).clamp(1e-3, 2.0 * recording.contact_time_s + 1e-3);
             let shaded: Vec<(f64, f64)> = answer
                 .places
                 .iter()
@@ -58,7 +74,13 @@ pub(super) fn pictured(diagnosis: &Diagnosis, answer: &Answer) -> Vec<Pictured> 
             let last = shaded.iter().map(|(_, to)| *to).fold(1.5 * lasts, f64::max).min(5.0 * lasts);
             let ends = (ms.first().copied().unwrap_or(0.0), ms.last().copied().unwrap_or(1.0));
             let span = (first.max(ends.0), last.min(ends.1));
-            let rest_before = line(&mut observed.iter().zip(before).map(|(a, b)| (a - b) / noise));
+            let interval = (ends.1 - ends.0) / (ms.len() - 1).max(1) as f64;
+            let width = ((span.1 - span.0) / STRETCHES / interval.max(1e-9)).round().max(1.0) as usize;
+            let rest = |model: &[f64]| {
+                let rest: Vec<f64> = observed.iter().zip(model).map(|(a, b)| (a - b) / noise).collect();
+                line(&mut running_mean(&rest, width).into_iter())
+            };
+            let rest_before = rest(before);
             let within: Vec<f64> =
                 rest_before.iter().filter(|(t, _)| (span.0..=span.1).contains(t)).map(|(_, r)| r * r).collect();
             let configuration = &problem.configurations[recording.configuration];
@@ -70,7 +92,7 @@ pub(super) fn pictured(diagnosis: &Diagnosis, answer: &Answer) -> Vec<Pictured> 
                     crate::decimal::significant(recording.mass.value, 4)
                 ),
                 before: line(&mut before[..ms.len()].iter().copied()),
-                rest_after: line(&mut observed.iter().zip(&after).map(|(a, b)| (a - b) / noise)),
+                rest_after: rest(&after),
                 after: line(&mut after.iter().copied()),
                 observed: line(&mut observed.iter().copied()),
                 rest_before,
@@ -80,4 +102,17 @@ pub(super) fn pictured(diagnosis: &Diagnosis, answer: &Answer) -> Vec<Pictured> 
             }
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_running_mean_keeps_the_noise_and_raises_a_form() {
+        assert_eq!(running_mean(&[1.0; 9], 4)[4], 2.0);
+        assert_eq!(running_mean(&[3.0, -1.0], 1), [3.0, -1.0]);
+        // At the ends fewer neighbours are there, and count as what they are.
+        assert!((running_mean(&[1.0; 9], 9)[0] - 5.0_f64.sqrt()).abs() < 1e-12);
+    }
 }

@@ -2,6 +2,7 @@
 
 use maud::{Markup, html};
 
+use crate::campaign::Estimate;
 use crate::diagnosis::answer::{Answer, Named};
 use crate::diagnosis::evidence::{Evidence, Standing};
 use crate::diagnosis::retuned::retuned;
@@ -30,7 +31,7 @@ pub(super) fn places(diagnosis: &Diagnosis, answer: &Answer) -> Markup {
                         td { (words::which(diagnosis, &place.recordings)) }
                         td { (place.depends_on.join(", ")) }
                         td.number { (percent(place.share)) }
-                        td.number { (p_words(place.p_value)) }
+                        td.number { (p_words(place.p_value).replace("p = ", "").replace("p < ", "< ")) }
                     }
                 }
             }
@@ -54,8 +55,9 @@ pub(super) fn named(diagnosis: &Diagnosis, place: usize, named: &Named) -> Marku
                     tr {
                         td { (value.name) }
                         td { (parameter.meaning) }
-                        td.number { (short(value.value)) }
-                        td.number { @if value.low == value.high { "held" } @else { (short(value.low)) " to " (short(value.high)) } }
+                        @let (here, low, high) = words::with_interval(value.value, value.low, value.high);
+                        td.number { (here) }
+                        td.number { @if value.low == value.high { "held" } @else { (low) " to " (high) } }
                         td { (value.unit) }
                         td.number { (short(parameter.plausible.0)) " to " (short(parameter.plausible.1)) }
                     }
@@ -81,15 +83,15 @@ pub(super) fn overall(diagnosis: &Diagnosis, answer: &Answer) -> Markup {
     let mut rows: Vec<(&str, f64, &str)> = vec![
         ("simulation as stated", answer.baseline.nominal_rmse, "only instants of contact and zeros fitted"),
         ("simulation, re-tuned", answer.baseline.retuned_rmse, "fitted to all recordings"),
-        ("simulation, re-tuned, left out", answer.baseline.held_out_rmse, "on recordings that took no part"),
+        ("simulation, re-tuned, held out", answer.baseline.held_out_rmse, "on recordings that took no part"),
     ];
     if !answer.mechanisms.is_empty() {
         rows.push(("with what was found", answer.model.rmse, "fitted to all recordings"));
-        rows.push(("with what was found, left out", answer.model.held_out_rmse, "on recordings that took no part"));
+        rows.push(("with what was found, held out", answer.model.held_out_rmse, "on recordings that took no part"));
     }
     if answer.verdict == "unexplained" {
         rows.push((
-            "and a map of what has no name, left out",
+            "and a map of what has no name, held out",
             answer.unexplained.held_out_rmse,
             "a smooth map over stroke, rate and time; it holds where the recordings have been, not beyond",
         ));
@@ -102,14 +104,14 @@ pub(super) fn overall(diagnosis: &Diagnosis, answer: &Answer) -> Markup {
                 @for (name, rmse, how) in &rows {
                     tr {
                         td { (name) }
-                        td.number { (short(*rmse)) }
+                        td.number { (words::beside(*rmse, noise)) }
                         td.number { (format!("{:.2}", rmse / noise)) }
                         td.bars { (bar(rmse / most)) }
                         td { (how) }
                     }
                 }
                 tr {
-                    td { "noise before contact" } td.number { (short(noise)) } td.number { "1" } td.bars { (bar(noise / most)) }
+                    td { "noise before contact" } td.number { (words::beside(noise, noise)) } td.number { "1.00" } td.bars { (bar(noise / most)) }
                     td { "as good as can be" }
                 }
             }
@@ -137,9 +139,9 @@ pub(super) fn left_out(diagnosis: &Diagnosis) -> Markup {
                         td.number { (short(recording.speed.value)) }
                         td.number { (short(recording.mass.value)) }
                         td { (problem.configurations[recording.configuration]) }
-                        td.number { (short(before)) }
+                        td.number { (words::beside(before, noise)) }
                         td.number { (format!("{:.2}", before / noise)) }
-                        td.number { (short(after)) }
+                        td.number { (words::beside(after, noise)) }
                         td.number { (format!("{:.2}", after / noise)) }
                     }
                 }
@@ -151,7 +153,12 @@ pub(super) fn left_out(diagnosis: &Diagnosis) -> Markup {
 /// What was believed, and what re-tuning made of it.
 pub(super) fn beliefs(diagnosis: &Diagnosis) -> Markup {
     let entered = !diagnosis.selection.best.fit.layout.entrants.is_empty();
-    let figure = |value: f64| crate::decimal::significant(value, 5).to_string();
+    let both = |estimate: Estimate| {
+        let (value, _, high) =
+            words::with_interval(estimate.value, estimate.value - estimate.sd, estimate.value + estimate.sd);
+        let decimals = high.split_once('.').map_or(0, |(_, digits)| digits.len());
+        format!("{value} ± {:.decimals$}", estimate.sd)
+    };
     html! {
         table {
             thead { tr {
@@ -162,12 +169,12 @@ pub(super) fn beliefs(diagnosis: &Diagnosis) -> Markup {
             tbody {
                 @for belief in retuned(diagnosis) {
                     tr {
-                        td { (belief.label) }
-                        td.number { (figure(belief.stated.value)) " ± " (short(belief.stated.sd)) }
-                        td.number { (figure(belief.baseline.value)) " ± " (short(belief.baseline.sd)) }
+                        td { (belief.label) @if belief.unit == "1" { " ÷ stated" } }
+                        td.number { (both(belief.stated)) }
+                        td.number { (both(belief.baseline)) }
                         td.number { (format!("{:+.1}", belief.moved())) }
                         @if entered {
-                            td.number { (figure(belief.model.value)) " ± " (short(belief.model.sd)) }
+                            td.number { (both(belief.model)) }
                             td.number {
                                 (percent(belief.misread().abs())) @if belief.misread() >= 0.0 { " high" } @else { " low" }
                             }
@@ -178,7 +185,7 @@ pub(super) fn beliefs(diagnosis: &Diagnosis) -> Markup {
             }
         }
         p { "± is one standard deviation." }
-        @for sentence in words::misread(diagnosis) { p { "Without what was found, the " (sentence) "." } }
+        @if let Some(sentence) = words::misread(diagnosis) { p { "Without what was found, " (sentence) "." } }
     }
 }
 

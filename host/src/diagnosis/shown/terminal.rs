@@ -44,7 +44,7 @@ pub fn screenful(diagnosis: &Diagnosis, answer: &Answer, name: &str) -> String {
     } else if answer.mechanisms.is_empty() {
         say("What", &format!("nothing; {} mechanisms were tried", diagnosis.tried.len()));
     }
-    for misread in words::misread(diagnosis).iter().take(3) {
+    if let Some(misread) = words::misread(diagnosis) {
         say("", &format!("  without it {misread}"));
     }
     say("", "");
@@ -119,7 +119,8 @@ pub(super) fn value(value: &Value) -> String {
     if value.low == value.high {
         return format!("{} = {}{unit}", value.name, short(value.value));
     }
-    format!("{} = {}{unit} ({} to {})", value.name, short(value.value), short(value.low), short(value.high))
+    let (here, low, high) = words::with_interval(value.value, value.low, value.high);
+    format!("{} = {here}{unit} ({low} to {high})", value.name)
 }
 
 /// What is left that nothing explains.
@@ -142,10 +143,10 @@ fn shown(diagnosis: &Diagnosis, answer: &Answer, say: &mut impl FnMut(&str, &str
     let mut columns: Vec<(&str, f64)> = vec![
         ("as stated", answer.baseline.nominal_rmse),
         ("re-tuned", answer.baseline.retuned_rmse),
-        ("left out", answer.baseline.held_out_rmse),
+        ("held out", answer.baseline.held_out_rmse),
     ];
     if !answer.mechanisms.is_empty() {
-        columns.extend([("with it", answer.model.rmse), ("left out", answer.model.held_out_rmse)]);
+        columns.extend([("with it", answer.model.rmse), ("held out", answer.model.held_out_rmse)]);
     }
     if answer.verdict == "unexplained" {
         columns.push(("and a map", answer.unexplained.held_out_rmse));
@@ -153,9 +154,10 @@ fn shown(diagnosis: &Diagnosis, answer: &Answer, say: &mut impl FnMut(&str, &str
     let row = |name: &str, cell: &dyn Fn(&(&str, f64)) -> String| {
         columns.iter().fold(format!("{name:<18}"), |line, column| format!("{line}{:>11}", cell(column)))
     };
-    say("Show", &row("simulation", &|(name, _)| (*name).to_owned()));
-    say("", &row(&format!("rmse, {unit}"), &|(_, rmse)| short(*rmse)));
+    say("Show", &row("", &|(name, _)| (*name).to_owned()));
+    say("", &row(&format!("rmse, {unit}"), &|(_, rmse)| words::beside(*rmse, noise)));
     say("", &row("over the noise", &|(_, rmse)| format!("{:.2}", rmse / noise)));
-    let white = if answer.model.residual_is_white { "nothing is left but noise" } else { "what is left is not only noise" };
+    let white =
+        if answer.model.residual_is_white { "nothing is left but noise" } else { "what is left is not only noise" };
     say("", &format!("noise {} {unit} rms; {white}", short(noise)));
 }
