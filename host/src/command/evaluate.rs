@@ -45,8 +45,11 @@ impl Evaluate {
     }
 }
 
+/// Columns of a terminal that everyone has.
+const COLUMNS: usize = 100;
+
 fn print(name: &str, found: &Evaluation) {
-    crate::say!("{name}: {}", found.because);
+    crate::say!("{}", textwrap::fill(&format!("{name}: {}", found.because), COLUMNS));
     let mut table = Table::new(&[
         ("recording", Side::Left),
         ("rmse", Side::Right),

@@ -100,10 +100,17 @@ impl Mechanisms {
     }
 }
 
+/// Columns for an equation in the list.
+const EQUATION: usize = 62;
+
 fn list() {
     let mut table = Table::new(&[("mechanism", Side::Left), ("group", Side::Left), ("equation", Side::Left)]);
     for mechanism in LIST {
-        table.row([mechanism.id.to_owned(), mechanism.group.name().to_owned(), mechanism.equation.to_owned()]);
+        // What does not fit is in the mechanism's own screen.
+        let whole = mechanism.equation;
+        let cut = || whole.chars().take(EQUATION - 1).collect::<String>() + "…";
+        let equation = if whole.chars().count() > EQUATION { cut() } else { whole.to_owned() };
+        table.row([mechanism.id.to_owned(), mechanism.group.name().to_owned(), equation]);
     }
     crate::standard_output::say(format_args!("{table}"));
     crate::say!("\n`thud mechanisms ID` shows one in full; `docs/adding-a-mechanism.md` adds another.");

@@ -29,8 +29,8 @@ use crate::model::Model;
 const CHANGED: f64 = 4.0;
 /// A rest is significant from here, in standard deviations of the omnibus test: as for the verdict of a diagnosis.
 const SIGNIFICANT: f64 = 6.0;
-/// And it is worth a word where it raises the rmse by this part of the noise.
-const WORTH: f64 = 0.02;
+/// And it is worth a word where it raises the rmse by this part of the noise: no rig is without traces of something.
+const WORTH: f64 = 0.005;
 /// Two-sided 95 % of a normal distribution.
 const DEVIATIONS_95: f64 = 1.959_964;
 /// Phases that a fit is started from where each impact has its own.

@@ -120,6 +120,16 @@ pub fn gain(diagnosis: &Diagnosis, answer: &Answer) -> String {
             answer.model.noise_ratio
         );
     }
+    if answer.verdict == "unexplained" {
+        let with = answer.unexplained.held_out_rmse;
+        return format!(
+            "On recordings that took no part the re-tuned simulation is off by {} {unit} rms, {:.2} times the noise; with a map of what has no name by {}, {:.2} times.",
+            beside(before, noise),
+            before / noise,
+            beside(with, noise),
+            with / noise
+        );
+    }
     if answer.mechanisms.is_empty() {
         return format!(
             "On recordings that took no part the re-tuned simulation is off by {} {unit} rms, {:.2} times the noise.",
@@ -288,6 +298,16 @@ pub fn phase(diagnosis: &Diagnosis, word: &str) -> &'static str {
         "fall" if falls => "while falling",
         "fall" => "from the peak to separation",
         _ => "after separation",
+    }
+}
+
+/// What is said where no place stands out.
+#[must_use]
+pub fn nowhere(answer: &Answer) -> &'static str {
+    if answer.verdict == "consistent" {
+        "nowhere: in no phase, recording or band of frequency is more left than noise"
+    } else {
+        "in no place by itself: only all recordings together show it"
     }
 }
 

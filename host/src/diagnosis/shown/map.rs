@@ -10,7 +10,6 @@ use thud_sim::rig::Quantity;
 
 use super::figure::{FONT, Failure, GRID, caption, svg, tick};
 use crate::campaign::RigKind;
-use crate::diagnosis::fit::Fit;
 use crate::diagnosis::locate::Course;
 use crate::diagnosis::{Diagnosis, predict};
 
@@ -69,21 +68,16 @@ fn cells(diagnosis: &Diagnosis, places: &[(usize, usize, f64, f64)], rest: &dyn 
 }
 
 /// The map before and after, side by side, on one scale. `None` where nothing touches.
-pub(super) fn figure(diagnosis: &Diagnosis) -> Option<(String, f64)> {
+pub(super) fn figure(diagnosis: &Diagnosis, shown: &[Vec<f64>]) -> Option<(String, f64)> {
     let places = places(diagnosis);
     if places.is_empty() {
         return None;
     }
     let observed = |number: usize, place: usize| diagnosis.problem.recordings[number].series[0][place];
-    let of = |fit: &Fit, added: bool| {
-        let map = diagnosis.map.as_ref().filter(|_| added);
-        let extra = |number: usize, place: usize| map.map_or(0.0, |map| map.added[number][place]);
-        cells(diagnosis, &places, &|number, place| {
-            observed(number, place) - fit.model[number][place] - extra(number, place)
-        })
+    let of = |model: &[Vec<f64>]| {
+        cells(diagnosis, &places, &|number, place| observed(number, place) - model[number][place])
     };
-    let before = of(&diagnosis.selection.baseline, false);
-    let after = of(&diagnosis.selection.best.fit, true);
+    let (before, after) = (of(&diagnosis.selection.baseline.model), of(shown));
     let largest = before.mean.iter().chain(&after.mean).flatten().fold(1.0_f64, |most, mean| most.max(mean.abs()));
     let falls = diagnosis.problem.rig.kind == RigKind::Fall;
     let text = svg((940, 380), |area| {

@@ -2,7 +2,7 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::pictured::{Pictured, pictured};
+use super::pictured::{Pictured, pictured, shown_after};
 use super::{figure, glossary, map, sheet, spectrum, terminal};
 use crate::diagnosis::answer::Answer;
 use crate::diagnosis::evidence::evidence;
@@ -23,7 +23,8 @@ pre { font-size: .78rem; white-space: pre-wrap; border: 1px solid #ccc; padding:
 /// The page as one HTML document without anything outside it. `name` is the campaign's.
 #[must_use]
 pub fn page(diagnosis: &Diagnosis, answer: &Answer, name: &str) -> String {
-    let pictures = pictured(diagnosis, answer);
+    let shown = shown_after(diagnosis);
+    let pictures = pictured(diagnosis, answer, &shown);
     let quantity = words::unit(diagnosis);
     let quantity = match quantity {
         "N" => "force, N",
@@ -46,7 +47,7 @@ pub fn page(diagnosis: &Diagnosis, answer: &Answer, name: &str) -> String {
                 div class={ "verdict " (answer.verdict) } {
                     strong { (words::verdict(diagnosis, answer)) }
                     p { (words::gain(diagnosis, answer)) }
-                    @if let Some(sentence) = words::misread(diagnosis) { p { "Without it, " (sentence) "." } }
+                    @if let Some(sentence) = words::misread(diagnosis) { p { "Left out, it was hidden: " (sentence) "." } }
                 }
                 p {
                     "Recordings of impacts were compared with the simulation that the standard implies. First everything that the experimenter
@@ -77,7 +78,7 @@ pub fn page(diagnosis: &Diagnosis, answer: &Answer, name: &str) -> String {
                         }
                     }
                 }
-                (motion_section(diagnosis))
+                (motion_section(diagnosis, &shown))
                 h2 { "Every mechanism that was tried" }
                 p {
                     "The score compares each mechanism with what the re-tuned simulation leaves (bars are logarithmic); the promising ones were
@@ -104,7 +105,7 @@ fn place_section(diagnosis: &Diagnosis, answer: &Answer, pictures: &[Pictured], 
     html! {
         h2 { "Where does it fail?" }
         @if answer.places.is_empty() {
-            p { "Nowhere: in no phase, recording or band of frequency is more left than noise." }
+            p { "Answer: " (words::nowhere(answer)) "." }
         } @else {
             p { "The re-tuned simulation differs from the recordings in these places, the largest share first:" }
             (sheet::places(diagnosis, answer))
@@ -155,9 +156,9 @@ fn next_section(answer: &Answer) -> Markup {
     }
 }
 
-fn motion_section(diagnosis: &Diagnosis) -> Markup {
+fn motion_section(diagnosis: &Diagnosis, shown: &[Vec<f64>]) -> Markup {
     html! {
-        @if let Some((svg, largest)) = map::figure(diagnosis) {
+        @if let Some((svg, largest)) = map::figure(diagnosis, shown) {
             h2 { "Where in the motion?" }
             figure {
                 (PreEscaped(svg))
@@ -168,7 +169,7 @@ fn motion_section(diagnosis: &Diagnosis) -> Markup {
                 }
             }
         }
-        @if let Some(svg) = spectrum::figure(diagnosis) {
+        @if let Some(svg) = spectrum::figure(diagnosis, shown) {
             h2 { "In which frequencies?" }
             figure {
                 (PreEscaped(svg))

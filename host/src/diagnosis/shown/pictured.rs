@@ -1,8 +1,10 @@
 //! The recordings as the figures show them: observed, simulated before and after, and what is left of each in units of the noise.
 
 use crate::diagnosis::answer::Answer;
-use crate::diagnosis::layout::Role;
-use crate::diagnosis::{Diagnosis, locate::Course};
+use crate::diagnosis::fit::whiten;
+use crate::diagnosis::layout::{Coordinate, Role};
+use crate::diagnosis::locate::Course;
+use crate::diagnosis::{Diagnosis, predict};
 
 /// One recording, times in ms from the contact of the chosen model.
 #[derive(Clone, Debug)]
@@ -42,8 +44,72 @@ fn running_mean(values: &[f64], width: usize) -> Vec<f64> {
         .collect()
 }
 
+/// Steps in which the coordinates follow the map; each lowers what is left to do about tenfold.
+const STEPS: usize = 4;
+
+/// What the chosen model shows in each recording, with the map of what has no name where there is one.
+///
+/// The map holds what the coordinates cannot do, and they move along with it: Gauss and Newton's steps with the tangent of the chosen
+/// model, on what the map leaves.
+pub(super) fn shown_after(diagnosis: &Diagnosis) -> Vec<Vec<f64>> {
+    let fit = &diagnosis.selection.best.fit;
+    with_map(diagnosis).unwrap_or_else(|| fit.model.clone())
+}
+
+fn with_map(diagnosis: &Diagnosis) -> Option<Vec<Vec<f64>>> {
+    let map = diagnosis.map.as_ref()?;
+    let (problem, selection) = (&diagnosis.problem, &diagnosis.selection);
+    let layout = &selection.best.fit.layout;
+    let normal = selection.tangent.normal(0.0)?;
+    let mut point = selection.best.fit.point.clone();
+    let model_at = |point: &crate::diagnosis::layout::Point| -> Option<Vec<Vec<f64>>> {
+        (0..problem.recordings.len())
+            .map(|number| {
+                let impact = predict::strike(problem, layout, point, number).ok()?;
+                let values = predict::read(problem, layout, point, number, &impact, 0.0);
+                Some(values.iter().zip(&map.added[number]).map(|(model, added)| model + added).collect())
+            })
+            .collect()
+    };
+    let pull = |value: f64, prior: Option<(f64, f64)>| prior.map_or(0.0, |(mean, sd)| (value - mean) / (sd * sd));
+    let advance = |value: &mut f64, coordinate: &Coordinate, by: f64| {
+        *value = (*value + by).clamp(coordinate.range.0, coordinate.range.1);
+    };
+    for _ in 0..STEPS {
+        let rest: Vec<Vec<f64>> = model_at(&point)?
+            .iter()
+            .enumerate()
+            .map(|(number, model)| {
+                let observed = problem.recordings[number].series.iter().flatten();
+                let mut rest: Vec<f64> = observed.zip(model).map(|(observed, model)| observed - model).collect();
+                whiten(problem, &mut rest);
+                rest
+            })
+            .collect();
+        let (mut global, mut locals) = selection.tangent.transposed(&rest);
+        for (place, coordinate) in layout.globals.iter().enumerate() {
+            global[place] -= pull(point.globals[place], coordinate.prior);
+        }
+        for (number, local) in locals.iter_mut().enumerate() {
+            for place in 0..layout.locals.len() {
+                local[place] -= pull(point.locals[number][place], layout.local_prior(problem, number, place));
+            }
+        }
+        let step = normal.solve(&global, &locals);
+        for (place, coordinate) in layout.globals.iter().enumerate() {
+            advance(&mut point.globals[place], coordinate, step.globals[place]);
+        }
+        for (number, local) in step.locals.iter().enumerate() {
+            for (place, coordinate) in layout.locals.iter().enumerate() {
+                advance(&mut point.locals[number][place], coordinate, local[place]);
+            }
+        }
+    }
+    model_at(&point)
+}
+
 /// All recordings.
-pub(super) fn pictured(diagnosis: &Diagnosis, answer: &Answer) -> Vec<Pictured> {
+pub(super) fn pictured(diagnosis: &Diagnosis, answer: &Answer, shown: &[Vec<f64>]) -> Vec<Pictured> {
     let problem = &diagnosis.problem;
     let (baseline, best) = (&diagnosis.selection.baseline, &diagnosis.selection.best.fit);
     let noise = problem.channels[0].noise.rms().max(f64::MIN_POSITIVE);
@@ -59,8 +125,7 @@ pub(super) fn pictured(diagnosis: &Diagnosis, answer: &Answer) -> Vec<Pictured> 
                 |values: &mut dyn Iterator<Item = f64>| -> Vec<(f64, f64)> { ms.iter().copied().zip(values).collect() };
             let observed = &recording.series[0];
             let before = &baseline.model[number];
-            let added = |place: usize| diagnosis.map.as_ref().map_or(0.0, |map| map.added[number][place]);
-            let after: Vec<f64> = (0..ms.len()).map(|place| best.model[number][place] + added(place)).collect();
+            let after = &shown[number][..ms.len()];
             let course = Course::of(problem, best, number);
             let lasts =
                 1e3 * (course.separation_s - course.contact_s).clamp(1e-3, 2.0 * recording.contact_time_s + 1e-3);
@@ -71,7 +136,7 @@ pub(super) fn pictured(diagnosis: &Diagnosis, answer: &Answer) -> Vec<Pictured> 
                 .map(|place| (1e3 * place.time_from_contact_s[0], 1e3 * place.time_from_contact_s[1]))
                 .collect();
             let first = shaded.iter().map(|(from, _)| *from).fold(-0.2 * lasts, f64::min).max(-0.8 * lasts);
-            let last = shaded.iter().map(|(_, to)| *to).fold(1.5 * lasts, f64::max).min(5.0 * lasts);
+            let last = shaded.iter().map(|(_, to)| *to).fold(1.5 * lasts, f64::max).min(3.0 * lasts);
             let ends = (ms.first().copied().unwrap_or(0.0), ms.last().copied().unwrap_or(1.0));
             let span = (first.max(ends.0), last.min(ends.1));
             let interval = (ends.1 - ends.0) / (ms.len() - 1).max(1) as f64;
@@ -92,7 +157,7 @@ pub(super) fn pictured(diagnosis: &Diagnosis, answer: &Answer) -> Vec<Pictured> 
                     crate::decimal::significant(recording.mass.value, 4)
                 ),
                 before: line(&mut before[..ms.len()].iter().copied()),
-                rest_after: rest(&after),
+                rest_after: rest(after),
                 after: line(&mut after.iter().copied()),
                 observed: line(&mut observed.iter().copied()),
                 rest_before,

@@ -185,7 +185,7 @@ pub(super) fn beliefs(diagnosis: &Diagnosis) -> Markup {
             }
         }
         p { "± is one standard deviation." }
-        @if let Some(sentence) = words::misread(diagnosis) { p { "Without what was found, " (sentence) "." } }
+        @if let Some(sentence) = words::misread(diagnosis) { p { "That is to say: " (sentence) "." } }
     }
 }
 

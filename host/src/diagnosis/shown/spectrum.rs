@@ -16,7 +16,7 @@ const LOWEST_HZ: f64 = 4.0;
 const WINDOW: f64 = 3.0 / 8.0;
 
 /// The figure; `None` where the recordings are too short for a spectrum.
-pub(super) fn figure(diagnosis: &Diagnosis) -> Option<String> {
+pub(super) fn figure(diagnosis: &Diagnosis, shown: &[Vec<f64>]) -> Option<String> {
     let noise = diagnosis.problem.channels[0].noise.rms().max(f64::MIN_POSITIVE);
     // What white noise of that strength has: its variance times the sum of the squared window over all samples.
     let samples: f64 = diagnosis
@@ -49,7 +49,8 @@ pub(super) fn figure(diagnosis: &Diagnosis) -> Option<String> {
             })
             .collect()
     };
-    let (before, after) = (line(&diagnosis.selection.baseline), line(&diagnosis.selection.best.fit));
+    let with_map = Fit { model: shown.to_vec(), ..diagnosis.selection.best.fit.clone() };
+    let (before, after) = (line(&diagnosis.selection.baseline), line(&with_map));
     let (first, last) = (before.first()?.0, before.last()?.0);
     let values = || before.iter().chain(&after).map(|(_, value)| *value);
     let low = values().fold(0.3, f64::min).max(0.02);

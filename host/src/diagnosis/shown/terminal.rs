@@ -21,7 +21,7 @@ pub fn screenful(diagnosis: &Diagnosis, answer: &Answer, name: &str) -> String {
     say("", &format!("{name}: {}", words::verdict(diagnosis, answer)));
     say("", "");
     match answer.places.as_slice() {
-        [] => say("Where", "nowhere: what is left is no more than noise"),
+        [] => say("Where", words::nowhere(answer)),
         places => {
             for (number, found) in places.iter().enumerate() {
                 say(if number == 0 { "Where" } else { "" }, &place(diagnosis, found));
@@ -45,7 +45,7 @@ pub fn screenful(diagnosis: &Diagnosis, answer: &Answer, name: &str) -> String {
         say("What", &format!("nothing; {} mechanisms were tried", diagnosis.tried.len()));
     }
     if let Some(misread) = words::misread(diagnosis) {
-        say("", &format!("  without it {misread}"));
+        say("", &format!("  {misread}"));
     }
     say("", "");
     shown(diagnosis, answer, &mut say);
