@@ -52,7 +52,11 @@ pub fn percent(part: f64) -> String {
 /// A p-value as one writes it.
 #[must_use]
 pub fn p_words(p_value: f64) -> String {
-    if p_value < 1e-9 { "p < 1e-9".to_owned() } else { format!("p = {}", significant(p_value, 1)) }
+    match p_value {
+        p if p < 1e-9 => "p < 1e-9".to_owned(),
+        p if p < 1e-3 => format!("p = {p:.0e}"),
+        p => format!("p = {}", significant(p, 1)),
+    }
 }
 
 /// What a series of words reads like: "a", "a and b", "a, b and c".
@@ -339,7 +343,7 @@ mod tests {
         assert_eq!(with_interval(25_000.0, 25_000.0, 25_000.0), three("25000", "25000", "25000"));
         assert_eq!(beside(0.3, 0.301), "0.300");
         assert_eq!((percent(0.9712), percent(0.029)), ("97 %".to_owned(), "2.9 %".to_owned()));
-        assert_eq!(p_words(1e-12), "p < 1e-9");
+        assert_eq!([1e-12, 8e-9, 0.0042].map(p_words), ["p < 1e-9", "p = 8e-9", "p = 0.004"]);
         let words: Vec<String> = ["a", "b", "c"].map(str::to_owned).into();
         assert_eq!(listed(&words, "or"), "a, b or c");
     }
