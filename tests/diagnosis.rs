@@ -110,7 +110,9 @@ fn an_answer_has_the_contracts_form_and_the_model_lives_on() {
     has_keys(named, &["id", "parameters", "held_out_gain", "indistinguishable_from", "because"]);
     assert_eq!(named["id"], "hunt-crossley-damping");
     parameters_are(&named["parameters"]);
-    assert!((number(&named["parameters"][0], "value") - 0.3).abs() < 0.06, "{named}");
+    // Wide: it is known as well as the pad's stiffness is, whose rate it acts on.
+    let alpha = &named["parameters"][0];
+    assert!(number(alpha, "low") < 0.3 && number(alpha, "high") > 0.3, "{named}");
     has_keys(&answer["model"], &["rmse", "held_out_rmse", "noise_ratio", "residual_is_white"]);
     has_keys(&answer["unexplained"], &["share", "depends_on", "form", "held_out_rmse"]);
     let rejected: Vec<&str> =
