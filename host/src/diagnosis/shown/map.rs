@@ -74,9 +74,8 @@ pub(super) fn figure(diagnosis: &Diagnosis, shown: &[Vec<f64>]) -> Option<(Strin
         return None;
     }
     let observed = |number: usize, place: usize| diagnosis.problem.recordings[number].series[0][place];
-    let of = |model: &[Vec<f64>]| {
-        cells(diagnosis, &places, &|number, place| observed(number, place) - model[number][place])
-    };
+    let of =
+        |model: &[Vec<f64>]| cells(diagnosis, &places, &|number, place| observed(number, place) - model[number][place]);
     let (before, after) = (of(&diagnosis.selection.baseline.model), of(shown));
     let largest = before.mean.iter().chain(&after.mean).flatten().fold(1.0_f64, |most, mean| most.max(mean.abs()));
     let falls = diagnosis.problem.rig.kind == RigKind::Fall;
