@@ -5,13 +5,16 @@ use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 mod configure;
 mod demo;
 mod diagnose;
+mod evaluate;
 mod hit;
+mod mechanisms;
 mod monitor;
 mod record;
 mod replay;
 mod sensor;
 mod simulate;
 mod status;
+mod step;
 
 /// Impact sensor for testing robots that work next to people.
 ///
@@ -36,6 +39,8 @@ enum Command {
     Replay(replay::Replay),
     Sensor(sensor::Sensor),
     Diagnose(diagnose::Diagnose),
+    Evaluate(evaluate::Evaluate),
+    Mechanisms(mechanisms::Mechanisms),
     Hit(hit::Hit),
     Configure(configure::Configure),
     Monitor(monitor::Monitor),
@@ -64,6 +69,8 @@ impl Thud {
             Command::Replay(command) => command.run(),
             Command::Sensor(command) => command.run(),
             Command::Diagnose(command) => command.run(),
+            Command::Evaluate(command) => command.run(),
+            Command::Mechanisms(command) => command.run(),
             Command::Hit(command) => command.run(),
             Command::Configure(command) => command.run(),
             Command::Monitor(command) => command.run(),

@@ -11,7 +11,10 @@
 
 pub mod answer;
 pub mod candidate;
+pub mod evaluation;
+pub mod evidence;
 pub mod fit;
+pub mod found_model;
 pub mod held_out;
 pub mod layout;
 pub mod locate;
@@ -20,10 +23,13 @@ pub mod omnibus;
 pub mod predict;
 pub mod problem;
 pub mod rest;
+pub mod retuned;
 pub mod screen;
 pub mod select;
+pub mod shown;
 pub mod spectrum;
 pub mod verdict;
+pub mod words;
 
 use thud_sim::mechanism::{LIST, Mechanism, MechanismError};
 
@@ -52,6 +58,15 @@ pub enum DiagnosisError {
     #[error("the rig that the campaign states cannot be simulated: {0}")]
     #[diagnostic(help("look at [rig] and at the speeds and masses in campaign.toml"))]
     Impossible(String),
+    /// A model of another experiment.
+    #[error("the model is of kind \"{model}\", the campaign of kind \"{campaign}\"")]
+    #[diagnostic(help("evaluate a model on recordings of the same kind of experiment"))]
+    OtherKind {
+        /// The model's kind.
+        model: &'static str,
+        /// The campaign's kind.
+        campaign: &'static str,
+    },
     /// A mechanism that does not exist.
     #[error("{0}")]
     #[diagnostic(help("`thud mechanisms` lists them with their equations"))]
@@ -74,6 +89,15 @@ impl Note {
 
     fn general(sentence: &str) -> Self {
         Self { recording: None, sentence: sentence.to_owned() }
+    }
+}
+
+impl std::fmt::Display for Note {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match &self.recording {
+            Some(recording) => write!(f, "{recording}: {}", self.sentence),
+            None => f.write_str(&self.sentence),
+        }
     }
 }
 
@@ -107,6 +131,8 @@ impl Options {
 /// What was found.
 #[derive(Debug)]
 pub struct Diagnosis {
+    /// The mechanisms that were tried.
+    pub tried: Vec<&'static Mechanism>,
     /// What was fitted.
     pub problem: Problem,
     /// The baseline exactly as stated: only contact instants and offsets are fitted.
@@ -156,5 +182,5 @@ pub fn diagnose(
     } else {
         held_out::held_out(&problem, &selection.best.fit)
     };
-    Ok(Diagnosis { problem, nominal, located, selection, baseline_held_out, held_out, map, notes })
+    Ok(Diagnosis { tried: mechanisms, problem, nominal, located, selection, baseline_held_out, held_out, map, notes })
 }

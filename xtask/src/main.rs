@@ -4,6 +4,7 @@
 
 mod addresses;
 mod dictionary;
+mod mechanisms;
 mod packages;
 mod python;
 mod qemu;
@@ -25,6 +26,7 @@ Chores:
   where ADDRESS...     the places in the source that the addresses of a panic record mean
   dictionary           write docs/can/ (EDS, DBC, object table) from the firmware's object dictionary
   dictionary NODE...   print a DBC file for sensors with these node ids (1 to 127, or 0x01 to 0x7F)
+  mechanisms           write docs/mechanisms.md from the list of mechanisms
   tables               remake the tables of the README (accuracy, speed); takes some minutes
 ";
 
@@ -42,6 +44,7 @@ fn main() -> ExitCode {
         Some("where") => addresses::run(&arguments.collect::<Vec<_>>()),
         Some("tables") => test::tables(),
         Some("dictionary") => dictionary::run(&arguments.collect::<Vec<_>>()),
+        Some("mechanisms") => mechanisms::run(),
         Some("help" | "--help" | "-h") | None => {
             print!("{HELP}");
             return ExitCode::SUCCESS;

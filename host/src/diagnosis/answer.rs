@@ -7,11 +7,14 @@ use super::held_out::{pooled, rmse};
 use super::layout::{Role, coordinate_of, value_of};
 use super::locate::locate;
 use super::predict;
-use super::select::Trial;
+use super::retuned::{Retuned, retuned};
 use super::verdict::{Verdict, remains, rest_share, twins};
+use super::words;
 
 /// What the `format` key says.
 pub const FORMAT: &str = "thud-diagnosis/1";
+/// What the `format` key of an evaluation says.
+pub const FORMAT_EVALUATION: &str = "thud-evaluation/1";
 /// Two-sided 95 % of a normal distribution.
 const DEVIATIONS_95: f64 = 1.959_964;
 
@@ -130,7 +133,7 @@ pub fn answer(diagnosis: &Diagnosis) -> Answer {
             retuned_rmse: raw_rmse(&selection.baseline),
             held_out_rmse: diagnosis.baseline_held_out.overall(problem),
             noise_rms: noise,
-            parameters: rig_parameters(diagnosis),
+            parameters: retuned(diagnosis).iter().map(Retuned::baseline_value).collect(),
         },
         places: locate(problem, &diagnosis.located),
         mechanisms: (0..selection.best.fit.layout.entrants.len())
@@ -141,7 +144,7 @@ pub fn answer(diagnosis: &Diagnosis) -> Answer {
                     parameters: parameters(diagnosis, place),
                     held_out_gain: diagnosis.baseline_held_out.overall(problem) - held_out,
                     indistinguishable_from: twins(selection, place).into_iter().map(|(id, _)| id).collect(),
-                    because: format!("{:?}", entrant.scope),
+                    because: words::because(diagnosis, place),
                 }
             })
             .collect(),
@@ -151,11 +154,7 @@ pub fn answer(diagnosis: &Diagnosis) -> Answer {
             noise_ratio: model_rmse / noise,
             residual_is_white: !remains(selection),
         },
-        rejected: selection
-            .rivals
-            .iter()
-            .map(|(place, trial)| rejected(diagnosis, *place, trial))
-            .collect(),
+        rejected: words::rejected(diagnosis),
         unexplained: unexplained(diagnosis, held_out),
         advice: Vec::new(),
     }
@@ -180,42 +179,6 @@ fn unexplained(diagnosis: &Diagnosis, held_out_rmse: f64) -> Unexplained {
         form: map.form.clone(),
         held_out_rmse: lower.max(diagnosis.problem.noise_rms() * 0.9),
     }
-}
-
-fn rejected(diagnosis: &Diagnosis, place: usize, trial: &Trial) -> Rejected {
-    let id = trial.fit.layout.entrants.last().map_or("", |entrant| entrant.effect.mechanism().id);
-    Rejected {
-        id: id.to_owned(),
-        because: format!("{place}: BIC {:+.1}, χ² {:.1}", trial.bic - diagnosis.selection.best.bic, trial.fit.cost),
-    }
-}
-
-/// What the re-tuned baseline has for the rig, with intervals from the curvature of χ².
-fn rig_parameters(diagnosis: &Diagnosis) -> Vec<Value> {
-    let problem = &diagnosis.problem;
-    let fit = &diagnosis.selection.baseline;
-    let Some(deviations) = diagnosis.selection.baseline_tangent.normal(0.0).map(|normal| normal.global_deviations()) else {
-        return Vec::new();
-    };
-    fit.layout
-        .globals
-        .iter()
-        .enumerate()
-        .filter_map(|(place, coordinate)| {
-            let stiffness = |name: &str, stated: Option<crate::campaign::Estimate>| {
-                stated.map(|stated| (name.to_owned(), "N/m", stated.value))
-            };
-            let (name, unit, stated) = match coordinate.role {
-                Role::Body => stiffness("body_stiffness_N_per_m", problem.rig.body_stiffness_n_per_m)?,
-                Role::Pad => stiffness("pad_stiffness_N_per_m", problem.rig.pad_stiffness_n_per_m)?,
-                Role::Mass(number) => (format!("mass_factor_of_configuration_{}", problem.configurations[number]), "1", 1.0),
-                _ => return None,
-            };
-            let (here, half) = (fit.point.globals[place], DEVIATIONS_95 * deviations[place]);
-            let value = |coordinate: f64| stated * coordinate.exp();
-            Some(Value { name, unit: unit.to_owned(), value: value(here), low: value(here - half), high: value(here + half) })
-        })
-        .collect()
 }
 
 /// A mechanism's parameters in the chosen model, with intervals from the curvature of χ².
