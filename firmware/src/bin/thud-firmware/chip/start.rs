@@ -27,6 +27,7 @@ async fn main(thread: Spawner) {
         error!("before the reset: {=str}", words);
     }
     memory::kept().forget();
+    clocks::boost_core_voltage();
     let chip = embassy_stm32::init(clocks::config());
 
     let flash = BankTwo::new(Flash::new_blocking(chip.FLASH));
