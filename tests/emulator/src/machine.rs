@@ -1,0 +1,562 @@
+//! The processor: instructions by unicorn, exceptions by hand.
+//!
+//! ```text
+//!           ┌─▶ events that are due ─▶ an exception to take? ─yes─▶ stack, vector ─┐
+//!  run_until│            │ no                                                      │
+//!           │            ▼                                                         │
+//!           │  asleep? ─yes─▶ jump to the next event                               │
+//!           │            │ no                                                      │
+//!           └── blocks of instructions, until the next event or a write to a register ◀─┘
+//! ```
+//!
+//! Unicorn translates blocks of guest instructions; before each the time moves by what its instructions take. Unicorn has no
+//! NVIC: a return from an exception is a jump to 0xFFFFFFxx, which it cannot fetch and which is caught here.
+
+use unicorn_engine::{Arch, ArmCpuModel, HookType, MemType, Mode, Prot, RegisterARM as Reg, Unicorn, uc_error};
+
+use crate::chip::Chip;
+use crate::chip::map::{
+    BANK, BANK_1, BANK_2, CCM, CCM_SIZE, INFORMATION, INFORMATION_SIZE, MESSAGE_RAM, MESSAGE_RAM_SIZE, RAM, RAM_SIZE,
+    UNIQUE_ID,
+};
+use crate::chip::nvic::{Exception, FIRST_INTERRUPT, HARD_FAULT, Masks};
+use crate::image::Image;
+use crate::moment::Picoseconds;
+
+/// Clocks that an instruction takes, in hundredths. An assumption: most take one, loads and stores two, taken branches two to
+/// four, divisions and square roots up to fourteen, and the flash has four wait states behind its cache. Programs of this kind
+/// take 1.3 to 1.7 on a Cortex-M4; what a real board takes, only a real board shows.
+pub const CLOCKS_PER_INSTRUCTION: u64 = 150;
+/// Clocks from the interrupt to the first instruction of its handler, and back (Cortex-M4 TRM, 3.9.1).
+const EXCEPTION_CLOCKS: u64 = 12;
+
+/// What an untouched stack is filled with.
+const PAINT: u8 = 0xA5;
+
+/// Bits of CONTROL and xPSR.
+const FPCA: u64 = 1 << 2;
+const XPSR_THUMB: u32 = 1 << 24;
+const XPSR_IT: u32 = 0x0600_FC00;
+const XPSR_ALIGNED: u32 = 1 << 9;
+
+/// Words of a frame on the stack: without and with the registers of the floating-point unit.
+const FRAME: u32 = 8;
+const FRAME_WITH_FLOATS: u32 = 26;
+
+/// CFSR: a bus fault with precise address; an undefined instruction.
+const PRECISE: u32 = 1 << 9;
+const UNDEFINED: u32 = 1 << 16;
+
+/// Why the processor stopped before its time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Halt {
+    /// The time has come.
+    Due,
+    /// The software asks for a reset.
+    ResetRequested,
+    /// The watchdog bites.
+    Watchdog,
+    /// The power goes, as was ordered.
+    PowerLost,
+}
+
+/// What the hooks share.
+struct State {
+    chip: Chip,
+    clock: Picoseconds,
+    stop_at: Picoseconds,
+    /// A block has been run since the last stop: there is progress.
+    progressed: bool,
+    /// A wait for an event or interrupt was reached.
+    waits: bool,
+    /// The event register.
+    event: bool,
+    /// Something is pending that only the masks hold back.
+    watch_masks: bool,
+    instructions: u64,
+    /// For each half-word of bank 1: size of the block that begins there (upper 16 bits), and its instructions.
+    blocks: Vec<u32>,
+    program: Vec<u8>,
+}
+
+/// A processor with its chip.
+pub struct Machine {
+    cpu: Unicorn<'static, State>,
+    pc: u32,
+    asleep: bool,
+    locked_up: bool,
+    /// The core stands still until then, as when a debugger halts it.
+    halted_until: Picoseconds,
+    busy: Picoseconds,
+    deepest_nesting: usize,
+    faults: Vec<String>,
+}
+
+impl Machine {
+    /// A processor with this program in its flash, before its first instruction.
+    ///
+    /// # Panics
+    /// When unicorn does not give a processor.
+    #[must_use]
+    pub fn new(image: &Image, chip: Chip, unique_id: [u8; 12]) -> Self {
+        let state = State {
+            chip,
+            clock: 1,
+            stop_at: 0,
+            progressed: false,
+            waits: false,
+            event: false,
+            watch_masks: false,
+            instructions: 0,
+            blocks: vec![0; BANK as usize / 2],
+            program: image.bank_1.clone(),
+        };
+        let mut cpu = Unicorn::new_with_data(Arch::ARM, Mode::THUMB | Mode::MCLASS, state).expect("a processor");
+        cpu.ctl_set_cpu_model(ArmCpuModel::CORTEX_M4 as i32).expect("a Cortex-M4");
+        let mapped = "memory maps do not overlap";
+        cpu.mem_map(u64::from(BANK_1), u64::from(BANK), Prot::READ | Prot::EXEC).expect(mapped);
+        cpu.mem_map(u64::from(RAM), u64::from(RAM_SIZE), Prot::ALL).expect(mapped);
+        cpu.mem_map(u64::from(CCM), u64::from(CCM_SIZE), Prot::ALL).expect(mapped);
+        cpu.mem_map(u64::from(INFORMATION), u64::from(INFORMATION_SIZE), Prot::READ).expect(mapped);
+        for (base, length) in [(BANK_2, BANK), (0x4000_0000, 0x2000_0000), (0xE000_0000, 0x10_0000)] {
+            cpu.mmio_map(
+                u64::from(base),
+                u64::from(length),
+                Some(move |cpu: &mut Unicorn<'_, State>, offset: u64, size: usize| {
+                    read(cpu.get_data_mut(), base + offset as u32, size)
+                }),
+                Some(move |cpu: &mut Unicorn<'_, State>, offset: u64, size: usize, value: u64| {
+                    write(cpu.get_data_mut(), base + offset as u32, size, value as u32);
+                }),
+            )
+            .expect(mapped);
+        }
+        cpu.mem_write(u64::from(BANK_1), &image.bank_1).expect("it fits");
+        cpu.mem_write(u64::from(UNIQUE_ID), &unique_id).expect("it fits");
+        // 512 KiB.
+        cpu.mem_write(u64::from(INFORMATION) + 0x75E0, &512_u16.to_le_bytes()).expect("it fits");
+
+        cpu.add_block_hook(1, 0, block).expect("a hook");
+        let (waits, sends) = image.hints();
+        for address in waits {
+            cpu.add_code_hook(u64::from(address), u64::from(address), |cpu, _, _| {
+                cpu.get_data_mut().waits = true;
+                let _ = cpu.emu_stop();
+            })
+            .expect("a hook");
+        }
+        for address in sends {
+            cpu.add_code_hook(u64::from(address), u64::from(address), |cpu, _, _| cpu.get_data_mut().event = true)
+                .expect("a hook");
+        }
+        // Without it an undefined instruction and a breakpoint would be lost.
+        cpu.add_intr_hook(|cpu, _| {
+            let _ = cpu.emu_stop();
+        })
+        .map(|_| ())
+        .unwrap_or_default();
+        let _ = (HookType::INTR, MemType::READ);
+
+        let mut machine = Self {
+            cpu,
+            pc: 0,
+            asleep: false,
+            locked_up: false,
+            halted_until: 0,
+            busy: 0,
+            deepest_nesting: 0,
+            faults: Vec::new(),
+        };
+        machine.lose_memory();
+        machine.restart();
+        machine
+    }
+
+    /// The chip around it.
+    #[must_use]
+    pub fn chip(&self) -> &Chip {
+        &self.cpu.get_data().chip
+    }
+
+    /// The same, to act on it.
+    pub fn chip_mut(&mut self) -> &mut Chip {
+        &mut self.cpu.get_data_mut().chip
+    }
+
+    /// Instructions since it was made.
+    #[must_use]
+    pub fn instructions(&self) -> u64 {
+        self.cpu.get_data().instructions
+    }
+
+    /// Time during which it was not asleep.
+    #[must_use]
+    pub fn busy(&self) -> Picoseconds {
+        self.busy
+    }
+
+    /// Most handlers that were under way at once.
+    #[must_use]
+    pub fn deepest_nesting(&self) -> usize {
+        self.deepest_nesting
+    }
+
+    /// Faults of the program since it was made: where and what.
+    #[must_use]
+    pub fn faults(&self) -> &[String] {
+        &self.faults
+    }
+
+    /// Bytes of the stack that have been used since the power came.
+    #[must_use]
+    pub fn stack_used(&self) -> u32 {
+        let stack = self.memory(CCM, CCM_SIZE as usize);
+        let untouched = stack.iter().take_while(|byte| **byte == PAINT).count();
+        CCM_SIZE - untouched as u32
+    }
+
+    /// Bytes of memory.
+    ///
+    /// # Panics
+    /// When there is no memory.
+    #[must_use]
+    pub fn memory(&self, address: u32, length: usize) -> Vec<u8> {
+        self.cpu.mem_read_as_vec(u64::from(address), length).expect("memory of the chip")
+    }
+
+    /// Writes memory behind the program's back.
+    ///
+    /// # Panics
+    /// When there is no memory.
+    pub fn poke(&mut self, address: u32, bytes: &[u8]) {
+        self.cpu.mem_write(u64::from(address), bytes).expect("memory of the chip");
+    }
+
+    /// A little-endian word of memory.
+    #[must_use]
+    pub fn word(&self, address: u32) -> u32 {
+        let bytes = self.memory(address, 4);
+        u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])
+    }
+
+    /// Stops the core, but nothing around it, for this long.
+    pub fn halt_core(&mut self, duration: Picoseconds) {
+        self.halted_until = self.chip().now + duration;
+    }
+
+    /// Makes the next instruction an undefined one: whatever runs has gone astray.
+    pub fn go_astray(&mut self) {
+        // Execute-never, and the fetch faults.
+        self.pc = 0x6000_0000;
+        self.asleep = false;
+    }
+
+    /// Makes the program spin in a place that no interrupt leaves, as a deadlock with interrupts off would.
+    pub fn hang(&mut self) {
+        self.locked_up = true;
+    }
+
+    /// What is left in memory that had no power: anything but what the stack is painted with.
+    pub fn lose_memory(&mut self) {
+        let noise: Vec<u8> = (0..RAM_SIZE).map(|index| (index.wrapping_mul(0x9E37_79B1) >> 24) as u8 ^ 0x5C).collect();
+        self.poke(RAM, &noise);
+        self.poke(CCM, &vec![PAINT; CCM_SIZE as usize]);
+    }
+
+    /// After a reset of the chip: the processor begins with its vector table.
+    pub fn restart(&mut self) {
+        let stack = self.word(BANK_1);
+        for register in [Reg::R0, Reg::R1, Reg::R2, Reg::R3, Reg::R4, Reg::R5, Reg::R6, Reg::R7] {
+            self.set(register, 0);
+        }
+        for register in [Reg::R8, Reg::R9, Reg::R10, Reg::R11, Reg::R12] {
+            self.set(register, 0);
+        }
+        self.set(Reg::PRIMASK, 0);
+        self.set(Reg::FAULTMASK, 0);
+        self.set(Reg::BASEPRI, 0);
+        self.set(Reg::CONTROL, 0);
+        self.set(Reg::XPSR_NZCVQG, u64::from(XPSR_THUMB));
+        self.set(Reg::SP, u64::from(stack));
+        self.set(Reg::LR, 0xFFFF_FFFF);
+        self.pc = self.word(BANK_1 + 4) & !1;
+        self.asleep = false;
+        self.locked_up = false;
+        self.halted_until = 0;
+        let state = self.cpu.get_data_mut();
+        state.event = false;
+        state.waits = false;
+    }
+
+    fn get(&self, register: Reg) -> u64 {
+        self.cpu.reg_read(register).expect("a register of the Cortex-M4")
+    }
+
+    fn set(&mut self, register: Reg, value: u64) {
+        self.cpu.reg_write(register, value).expect("a register of the Cortex-M4");
+    }
+
+    /// Runs until `limit`, or until something happens that the processor cannot go on after.
+    pub fn run_until(&mut self, limit: Picoseconds) -> Halt {
+        loop {
+            let chip = self.chip_mut();
+            chip.advance();
+            let now = chip.now;
+            if chip.has_stores() {
+                for store in self.chip_mut().take_stores() {
+                    self.poke(store.address, &store.value.to_le_bytes());
+                }
+            }
+            let chip = self.chip();
+            if chip.nvic.reset_requested() {
+                return Halt::ResetRequested;
+            }
+            if chip.flash.power_goes_at().is_some_and(|at| at <= now) {
+                return Halt::PowerLost;
+            }
+            if chip.watchdog.bites_at().is_some_and(|at| at <= now) {
+                return Halt::Watchdog;
+            }
+            if now >= limit {
+                return Halt::Due;
+            }
+            let next = chip.next_event().min(limit);
+            let standstill = self.locked_up || now < self.halted_until;
+            if standstill {
+                let until = if self.locked_up { next } else { next.min(self.halted_until) };
+                self.busy += until - now;
+                self.chip_mut().now = until;
+                continue;
+            }
+            if self.take_exception() {
+                continue;
+            }
+            if self.asleep {
+                self.chip_mut().now = next;
+                continue;
+            }
+            self.execute(next);
+        }
+    }
+
+    fn execute(&mut self, next: Picoseconds) {
+        let state = self.cpu.get_data_mut();
+        let began = state.chip.now;
+        state.clock = state.chip.rcc.core_period() * CLOCKS_PER_INSTRUCTION / 100;
+        state.stop_at = next;
+        state.progressed = false;
+        state.waits = false;
+        let outcome = self.cpu.emu_start(u64::from(self.pc | 1), 0xFFFF_FFFE, 0, 0);
+        self.pc = self.get(Reg::PC) as u32 & !1;
+        let state = self.cpu.get_data_mut();
+        self.busy += state.chip.now - began;
+        if state.waits {
+            self.pc += 2;
+            self.asleep = !std::mem::take(&mut state.event);
+            return;
+        }
+        if self.pc >= 0xFFFF_FF00 {
+            self.return_from_exception();
+        } else if let Err(error) = outcome {
+            self.fault(error);
+        }
+    }
+
+    fn masks(&self) -> Masks {
+        Masks {
+            primask: self.get(Reg::PRIMASK) & 1 != 0,
+            faultmask: self.get(Reg::FAULTMASK) & 1 != 0,
+            basepri: self.get(Reg::BASEPRI) as u8,
+        }
+    }
+
+    /// Takes the most urgent exception, if one is to be taken now.
+    fn take_exception(&mut self) -> bool {
+        let Some(exception) = self.chip().nvic.preempting() else {
+            self.cpu.get_data_mut().watch_masks = false;
+            return false;
+        };
+        // A wait for an interrupt ends even where masks hold it back.
+        if self.chip().nvic.masked(exception, self.masks()) {
+            self.cpu.get_data_mut().watch_masks = true;
+            return false;
+        }
+        self.cpu.get_data_mut().watch_masks = false;
+        if self.get(Reg::XPSR) as u32 & XPSR_IT != 0 {
+            // In the middle of an IT block: one block of instructions later it is over.
+            let now = self.chip().now;
+            self.execute(now);
+            return true;
+        }
+        self.enter(exception);
+        true
+    }
+
+    fn enter(&mut self, exception: Exception) {
+        let floats = self.get(Reg::CONTROL) & FPCA != 0;
+        let before = self.get(Reg::SP) as u32;
+        let aligned = before & 4 != 0;
+        let words = if floats { FRAME_WITH_FLOATS } else { FRAME };
+        let stack = (before & !7).wrapping_sub(4 * words);
+        let current = self.chip().nvic.current();
+        let mut frame: Vec<u32> = [Reg::R0, Reg::R1, Reg::R2, Reg::R3, Reg::R12, Reg::LR]
+            .into_iter()
+            .map(|reg| self.get(reg) as u32)
+            .collect();
+        let xpsr = self.get(Reg::XPSR) as u32 & !0x1FF & !XPSR_ALIGNED;
+        frame.push(self.pc);
+        frame.push(xpsr | XPSR_THUMB | current as u32 | if aligned { XPSR_ALIGNED } else { 0 });
+        if floats {
+            for index in 0..8 {
+                let double = self.cpu.reg_read(Reg::D0 as i32 + index).expect("a register of the FPU");
+                frame.extend([double as u32, (double >> 32) as u32]);
+            }
+            frame.extend([self.get(Reg::FPSCR) as u32, 0]);
+        }
+        let bytes: Vec<u8> = frame.iter().flat_map(|word| word.to_le_bytes()).collect();
+        // Where there is no memory the frame is lost, and the handler's first push is the next fault.
+        let _ = self.cpu.mem_write(u64::from(stack), &bytes);
+        self.set(Reg::SP, u64::from(stack));
+        let return_code: u32 = if self.chip().nvic.depth() == 0 { 0xFFFF_FFF9 } else { 0xFFFF_FFF1 };
+        self.set(Reg::LR, u64::from(if floats { return_code & !0x10 } else { return_code }));
+        if floats {
+            let control = self.get(Reg::CONTROL);
+            self.set(Reg::CONTROL, control & !FPCA);
+        }
+        let vector = self.chip().nvic.vector_table() + 4 * exception as u32;
+        self.pc = self.word(vector) & !1;
+        self.asleep = false;
+        let state = self.cpu.get_data_mut();
+        state.event = true;
+        let spent = EXCEPTION_CLOCKS * state.chip.rcc.core_period();
+        state.chip.now += spent;
+        state.chip.nvic.enter(exception);
+        self.busy += spent;
+        self.deepest_nesting = self.deepest_nesting.max(self.chip().nvic.depth());
+    }
+
+    fn return_from_exception(&mut self) {
+        let floats = self.pc & 0x10 == 0;
+        let stack = self.get(Reg::SP) as u32;
+        let words = if floats { FRAME_WITH_FLOATS } else { FRAME };
+        let Ok(bytes) = self.cpu.mem_read_as_vec(u64::from(stack), 4 * words as usize) else {
+            self.locked_up = true;
+            return;
+        };
+        let frame: Vec<u32> =
+            bytes.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect();
+        for (register, value) in
+            [Reg::R0, Reg::R1, Reg::R2, Reg::R3, Reg::R12, Reg::LR].into_iter().zip(frame.iter().copied())
+        {
+            self.set(register, u64::from(value));
+        }
+        let xpsr = frame[7];
+        if floats {
+            for index in 0..8 {
+                let double = u64::from(frame[8 + 2 * index]) | u64::from(frame[9 + 2 * index]) << 32;
+                self.cpu.reg_write(Reg::D0 as i32 + index as i32, double).expect("a register of the FPU");
+            }
+            self.set(Reg::FPSCR, u64::from(frame[24]));
+        }
+        let control = self.get(Reg::CONTROL);
+        self.set(Reg::CONTROL, if floats { control | FPCA } else { control & !FPCA });
+        self.set(Reg::XPSR_NZCVQG, u64::from(xpsr & !0x1FF & !XPSR_ALIGNED));
+        self.set(Reg::SP, u64::from(stack + 4 * words + if xpsr & XPSR_ALIGNED != 0 { 4 } else { 0 }));
+        self.pc = frame[6] & !1;
+        let state = self.cpu.get_data_mut();
+        state.event = true;
+        let spent = EXCEPTION_CLOCKS * state.chip.rcc.core_period();
+        state.chip.now += spent;
+        state.chip.nvic.leave();
+        state.chip.update_lines();
+        self.busy += spent;
+    }
+
+    fn fault(&mut self, error: uc_error) {
+        let what = format!("{error:?} at 0x{:08X}, called from 0x{:08X}", self.pc, self.get(Reg::LR));
+        if self.faults.len() < 20 {
+            self.faults.push(what);
+        }
+        if !self.chip().nvic.can_fault() {
+            self.locked_up = true;
+            return;
+        }
+        let cfsr = match error {
+            uc_error::INSN_INVALID | uc_error::EXCEPTION => UNDEFINED,
+            _ => PRECISE,
+        };
+        self.chip_mut().nvic.note_fault(cfsr);
+        self.enter(HARD_FAULT);
+    }
+
+    /// Priority of an interrupt, 0 to 15, as the program has set it.
+    #[must_use]
+    pub fn priority(&self, interrupt: usize) -> u8 {
+        self.chip().nvic.priority(interrupt)
+    }
+}
+
+const _: () = assert!(FIRST_INTERRUPT == 16);
+
+fn block(cpu: &mut Unicorn<'_, State>, address: u64, size: u32) {
+    let state = cpu.get_data_mut();
+    if state.progressed {
+        let mut stops = state.chip.now >= state.stop_at;
+        if !stops && state.watch_masks {
+            let masks = Masks {
+                primask: cpu.reg_read(Reg::PRIMASK).unwrap_or(0) & 1 != 0,
+                faultmask: cpu.reg_read(Reg::FAULTMASK).unwrap_or(0) & 1 != 0,
+                basepri: cpu.reg_read(Reg::BASEPRI).unwrap_or(0) as u8,
+            };
+            let nvic = &cpu.get_data().chip.nvic;
+            stops = nvic.preempting().is_some_and(|exception| !nvic.masked(exception, masks));
+        }
+        if stops {
+            let _ = cpu.emu_stop();
+            return;
+        }
+    }
+    let state = cpu.get_data_mut();
+    state.progressed = true;
+    let count = u64::from(state.instructions_of(address as u32, size));
+    state.instructions += count;
+    state.chip.now += count * state.clock;
+}
+
+impl State {
+    fn instructions_of(&mut self, address: u32, size: u32) -> u32 {
+        let Some(place) = address.checked_sub(BANK_1).map(|offset| offset as usize) else { return 1 };
+        let Some(known) = self.blocks.get_mut(place / 2) else { return 1 };
+        if *known >> 16 == size {
+            return *known & 0xFFFF;
+        }
+        let mut count = 0;
+        let mut at = place;
+        while at < place + size as usize && at + 1 < self.program.len() {
+            // Thumb-2: five highest bits 0b11101 and above begin a long instruction.
+            at += if self.program[at + 1] >> 3 >= 0b11101 { 4 } else { 2 };
+            count += 1;
+        }
+        *known = size << 16 | count;
+        count
+    }
+}
+
+fn read(state: &mut State, address: u32, size: usize) -> u64 {
+    const FLASH_SR: u32 = 0x4002_2010;
+    if address == FLASH_SR
+        && let Some(ends) = state.chip.flash.busy_until()
+    {
+        // The program polls: what it does until something happens is known.
+        state.chip.now = state.chip.now.max(ends.min(state.stop_at));
+    }
+    u64::from(state.chip.read(address, size))
+}
+
+fn write(state: &mut State, address: u32, size: usize, value: u32) {
+    state.chip.write(address, size, value);
+    let harmless = (MESSAGE_RAM..MESSAGE_RAM + MESSAGE_RAM_SIZE).contains(&address);
+    if !harmless {
+        state.stop_at = 0;
+    }
+}
