@@ -23,12 +23,13 @@ const ONE: &str = "a task was started twice";
 async fn main(thread: Spawner) {
     let watchdog = BoardWatchdog::unleash();
     let identity = identity::read();
+    clocks::boost_core_voltage();
+    let chip = embassy_stm32::init(clocks::config());
+    // Not before: the log reads the time.
     if let Some(words) = memory::kept().text() {
         error!("before the reset: {=str}", words);
     }
     memory::kept().forget();
-    clocks::boost_core_voltage();
-    let chip = embassy_stm32::init(clocks::config());
 
     let flash = BankTwo::new(Flash::new_blocking(chip.FLASH));
     let whole = flash.whole();
