@@ -57,6 +57,7 @@ pub struct Chip {
     violations: Vec<String>,
     samples: u64,
     lost_samples: u64,
+    first_sample: Option<Picoseconds>,
 }
 
 impl Chip {
@@ -86,6 +87,7 @@ impl Chip {
             violations: Vec::new(),
             samples: 0,
             lost_samples: 0,
+            first_sample: None,
         }
     }
 
@@ -116,6 +118,7 @@ impl Chip {
         self.pwr.clear();
         self.plain.clear();
         self.stores.clear();
+        self.first_sample = None;
     }
 
     /// Whether the crystal starts; holds from the next reset on.
@@ -153,6 +156,23 @@ impl Chip {
     #[must_use]
     pub fn sample_period(&self) -> Picoseconds {
         self.sample_timer.update_period()
+    }
+
+    /// Middle of the first sample since the reset.
+    #[must_use]
+    pub fn first_sample(&self) -> Option<Picoseconds> {
+        self.first_sample
+    }
+
+    /// Ends the DMA's next transfer in a bus error, which no driver expects.
+    pub fn fail_dma(&mut self) {
+        self.dma.fail();
+        self.update_lines();
+    }
+
+    /// Stops the timer that triggers the samples, as if its clock had failed.
+    pub fn stop_samples(&mut self) {
+        self.sample_timer = Timer::default();
     }
 
     pub(crate) fn take_stores(&mut self) -> Vec<Store> {
@@ -218,6 +238,7 @@ impl Chip {
         let sum = u32::from(self.front_end.force_code(middle));
         let code = (sum * self.force_adc.ratio() / 16) >> self.force_adc.shift();
         self.samples += 1;
+        self.first_sample.get_or_insert(middle);
         let store = if self.force_adc.uses_dma() && !self.force_adc.overrun() {
             self.dma.transfer(code as u16).unwrap_or_else(|violation| {
                 self.violate(violation);

@@ -115,8 +115,8 @@ impl Machine {
         cpu.ctl_set_cpu_model(ArmCpuModel::CORTEX_M4 as i32).expect("a Cortex-M4");
         let mapped = "memory maps do not overlap";
         cpu.mem_map(u64::from(BANK_1), u64::from(BANK), Prot::READ | Prot::EXEC).expect(mapped);
-        cpu.mem_map(u64::from(RAM), u64::from(RAM_SIZE), Prot::ALL).expect(mapped);
-        cpu.mem_map(u64::from(CCM), u64::from(CCM_SIZE), Prot::ALL).expect(mapped);
+        cpu.mem_map(u64::from(RAM), u64::from(RAM_SIZE), Prot::READ | Prot::WRITE).expect(mapped);
+        cpu.mem_map(u64::from(CCM), u64::from(CCM_SIZE), Prot::READ | Prot::WRITE).expect(mapped);
         cpu.mem_map(u64::from(INFORMATION), u64::from(INFORMATION_SIZE), Prot::READ).expect(mapped);
         for (base, length) in [(BANK_2, BANK), (0x4000_0000, 0x2000_0000), (0xE000_0000, 0x10_0000)] {
             cpu.mmio_map(
@@ -244,11 +244,15 @@ impl Machine {
         self.halted_until = self.chip().now + duration;
     }
 
-    /// Makes the next instruction an undefined one: whatever runs has gone astray.
+    /// Lets the program jump to where there is no memory.
     pub fn go_astray(&mut self) {
-        // Execute-never, and the fetch faults.
         self.pc = 0x6000_0000;
         self.asleep = false;
+    }
+
+    /// Leaves only this many bytes of the stack.
+    pub fn exhaust_stack(&mut self, left: u32) {
+        self.set(Reg::SP, u64::from(CCM + left));
     }
 
     /// Makes the program spin in a place that no interrupt leaves, as a deadlock with interrupts off would.

@@ -5,6 +5,7 @@ use super::map::{ADC1, RAM, RAM_SIZE};
 const EN: u32 = 1;
 const TCIE: u32 = 1 << 1;
 const HTIE: u32 = 1 << 2;
+const TEIE: u32 = 1 << 3;
 const CIRC: u32 = 1 << 5;
 /// Memory increments, both sides are half-words.
 const FORM: u32 = 0x0580 | CIRC;
@@ -13,6 +14,7 @@ const FORM_MASK: u32 = 0x7FF0;
 const GIF: u32 = 1;
 const TCIF: u32 = 2;
 const HTIF: u32 = 4;
+const TEIF: u32 = 8;
 
 /// Requests of the ADCs, RM0440 table 91.
 const REQUEST_ADC1: u32 = 5;
@@ -66,8 +68,16 @@ impl Dma {
         Ok(Some(Store { address, value }))
     }
 
+    /// A transfer ends in a bus error: the channel switches itself off.
+    pub(super) fn fail(&mut self) {
+        self.flags |= TEIF | GIF;
+        self.ccr &= !EN;
+    }
+
     pub(super) fn interrupts(&self) -> bool {
-        self.flags & TCIF != 0 && self.ccr & TCIE != 0 || self.flags & HTIF != 0 && self.ccr & HTIE != 0
+        self.flags & TEIF != 0 && self.ccr & TEIE != 0
+            || self.flags & TCIF != 0 && self.ccr & TCIE != 0
+            || self.flags & HTIF != 0 && self.ccr & HTIE != 0
     }
 
     pub(super) fn read(&self, offset: u32) -> Option<u32> {

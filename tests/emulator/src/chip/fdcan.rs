@@ -84,8 +84,8 @@ pub struct FdCan {
     last_error: u32,
     bus_off: bool,
     requests: Vec<(Picoseconds, Request)>,
-    /// Frames that found their FIFO full since the reset.
-    pub(super) lost: u64,
+    was_bus_off: bool,
+    lost: u64,
 }
 
 impl Default for FdCan {
@@ -103,6 +103,7 @@ impl Default for FdCan {
             last_error: 7,
             bus_off: false,
             requests: Vec::new(),
+            was_bus_off: false,
             lost: 0,
         }
     }
@@ -117,6 +118,24 @@ impl FdCan {
     /// Since when the oldest request waits.
     pub(crate) fn oldest_request(&self) -> Option<Picoseconds> {
         self.requests.first().map(|(at, _)| *at)
+    }
+
+    /// Its error state.
+    #[must_use]
+    pub fn state(&self) -> BusState {
+        self.status.state
+    }
+
+    /// Whether it has been bus-off since the reset.
+    #[must_use]
+    pub fn was_bus_off(&self) -> bool {
+        self.was_bus_off
+    }
+
+    /// Frames that found their FIFO full since the reset.
+    #[must_use]
+    pub fn lost(&self) -> u64 {
+        self.lost
     }
 
     /// Bit rate that it is set to, bit/s, with this kernel clock.
@@ -254,6 +273,7 @@ impl FdCan {
             self.cccr |= INIT;
         }
         self.bus_off = off;
+        self.was_bus_off |= off;
         let changed = before.0 ^ self.psr_state();
         if changed & 1 << 5 != 0 {
             self.ir |= ir::EP;
