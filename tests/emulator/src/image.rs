@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use object::elf::{FileHeader32, PT_LOAD};
 use object::read::elf::{ElfFile32, FileHeader as _, ProgramHeader as _};
-use object::{Endianness, Object as _, ObjectSymbol as _};
+use object::{Endianness, Object as _, ObjectSymbol as _, SymbolKind};
 
 use crate::chip::map::{BANK, BANK_1};
 
@@ -43,6 +43,8 @@ pub struct Image {
     /// Bank 1 of the flash.
     pub bank_1: Vec<u8>,
     symbols: BTreeMap<String, u32>,
+    functions: BTreeMap<u32, String>,
+    nameless: String,
 }
 
 impl Image {
@@ -80,18 +82,31 @@ impl Image {
             room.ok_or_else(|| format!("a segment at 0x{place:08X} does not lie in bank 1 of the flash"))?
                 .copy_from_slice(bytes);
         }
-        let symbols = ElfFile32::<Endianness>::parse(elf.as_slice())
-            .map_err(told)?
+        let file = ElfFile32::<Endianness>::parse(elf.as_slice()).map_err(told)?;
+        let symbols = file
             .symbols()
             .filter_map(|symbol| Some((symbol.name().ok()?.to_owned(), symbol.address() as u32)))
             .collect();
-        Ok(Self { elf, bank_1, symbols })
+        let functions = file
+            .symbols()
+            .filter(|symbol| symbol.kind() == SymbolKind::Text)
+            // The lowest bit says Thumb.
+            .filter_map(|symbol| Some((symbol.address() as u32 & !1, symbol.name().ok()?.to_owned())))
+            .collect();
+        Ok(Self { elf, bank_1, symbols, functions, nameless: "?".into() })
     }
 
     /// Address of a symbol.
     #[must_use]
     pub fn symbol(&self, name: &str) -> Option<u32> {
         self.symbols.get(name).copied()
+    }
+
+    /// The symbol that lies at or before an address of the program.
+    #[must_use]
+    pub fn function_at(&self, address: u32) -> &str {
+        let (_, name) = self.functions.range(..=address).next_back().unwrap_or((&0, &self.nameless));
+        name
     }
 
     /// Addresses whose half-word is that of `WFE` or `WFI`, and of `SEV`. Some may be data or the second half of another

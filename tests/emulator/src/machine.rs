@@ -195,6 +195,18 @@ impl Machine {
         self.busy
     }
 
+    /// Address of the next instruction.
+    #[must_use]
+    pub fn pc(&self) -> u32 {
+        self.pc
+    }
+
+    /// Whether it waits for an event.
+    #[must_use]
+    pub fn is_asleep(&self) -> bool {
+        self.asleep
+    }
+
     /// Most handlers that were under way at once.
     #[must_use]
     pub fn deepest_nesting(&self) -> usize {

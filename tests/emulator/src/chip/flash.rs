@@ -203,7 +203,8 @@ impl Flash {
     }
 
     /// When the operation under way ends.
-    pub(crate) fn busy_until(&self) -> Option<Picoseconds> {
+    #[must_use]
+    pub fn busy_until(&self) -> Option<Picoseconds> {
         self.under_way.map(|(_, ends)| ends)
     }
 
