@@ -153,6 +153,7 @@ pub trait Watchdog {
 
 /// Why the board started.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
 #[repr(u8)]
 pub enum ResetCause {
     /// Power came.

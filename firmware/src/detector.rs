@@ -212,11 +212,18 @@ impl<const N: usize> Detector<N> {
     /// [`Signals`] can hold.
     pub fn push(&mut self, codes: &[AdcCode], info: &BlockInfo, captures: &Captures<N>) -> Signals {
         let mut signals = Signals::new();
+        self.push_into(codes, info, captures, &mut signals);
+        signals
+    }
+
+    /// The same without moving the list, which has room for some kilobytes and mostly holds nothing: moving it took more
+    /// instructions than the samples.
+    pub fn push_into(&mut self, codes: &[AdcCode], info: &BlockInfo, captures: &Captures<N>, signals: &mut Signals) {
         if info.first_index < self.next_index {
             // The board has lost count; nobody knows how many samples are gone, and nothing before fits what follows.
-            self.lose(0, &mut signals);
+            self.lose(0, signals);
             if let Some(context) = self.close(captures) {
-                say(&mut signals, Signal::Over(context));
+                say(signals, Signal::Over(context));
             }
             self.phase = Phase::Start;
             self.mass = None;
@@ -224,16 +231,15 @@ impl<const N: usize> Detector<N> {
             self.after_loss = Some(info.first_index);
             self.adopt();
         } else if info.first_index > self.next_index {
-            self.lose(info.first_index - self.next_index, &mut signals);
+            self.lose(info.first_index - self.next_index, signals);
         }
         if self.after_loss == Some(self.next_index) {
             captures.gap(self.slot, self.next_index);
         }
-        self.watch_bias(codes.len() as u32, info, &mut signals);
+        self.watch_bias(codes.len() as u32, info, signals);
         for chunk in codes.chunks(BLOCK) {
-            self.push_chunk(chunk, captures, &mut signals);
+            self.push_chunk(chunk, captures, signals);
         }
-        signals
     }
 
     /// Samples were lost before the next block.

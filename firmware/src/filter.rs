@@ -12,6 +12,7 @@
 //! A verdict is judged through two such passes, forward and backward (see `impact::verdict_filter`), or, where
 //! the future is not known, through two in a row ([`Causal`]).
 
+use crate::trigonometry;
 use crate::units::Hertz;
 
 /// Each of two equal passes has its −3 dB corner above that of the cascade:
@@ -46,7 +47,7 @@ impl LowPass {
     #[must_use]
     pub fn of_two_passes(corner: Hertz, sample_rate: Hertz) -> Self {
         let ratio = (corner.0 * TWO_PASS_CORRECTION / sample_rate.0).clamp(1e-6, 0.3);
-        let g = libm::tanf(core::f32::consts::PI * ratio);
+        let g = trigonometry::tan(core::f32::consts::PI * ratio);
         let a1 = 1.0 / (1.0 + g * (g + core::f32::consts::SQRT_2));
         let a2 = g * a1;
         Self { a1, a2, a3: g * a2 }

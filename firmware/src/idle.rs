@@ -25,6 +25,7 @@
 
 use core::f32::consts::TAU;
 
+use crate::trigonometry::sin_cos;
 use crate::units::Hertz;
 
 pub use self::baseline::{Baseline, BaselineTone};
@@ -62,6 +63,8 @@ struct Tone {
     /// Rotation from group to group.
     turn_cosine: f32,
     turn_sine: f32,
+    /// Its angle, radians.
+    turn: f32,
     /// Amplitudes, N.
     in_phase: f32,
     quadrature: f32,
@@ -76,6 +79,7 @@ impl Tone {
         sine: 0.0,
         turn_cosine: 1.0,
         turn_sine: 0.0,
+        turn: 0.0,
         in_phase: 0.0,
         quadrature: 0.0,
         gathered_cosine: 0.0,
@@ -292,7 +296,7 @@ impl Idle {
             let turn = f64::from(angle(&self.mains_turn, &self.mains_offset, index));
             let turns = turn * groups / core::f64::consts::TAU;
             let phase = (turns - libm::floor(turns)) as f32 * TAU;
-            let (sine, cosine) = (libm::sinf(phase), libm::cosf(phase));
+            let (sine, cosine) = sin_cos(phase);
             (tone.cosine, tone.sine) =
                 (tone.cosine * cosine - tone.sine * sine, tone.sine * cosine + tone.cosine * sine);
         }
@@ -310,7 +314,7 @@ impl Idle {
         for (index, (tone, known)) in self.tones.iter().zip(&mut tones).enumerate() {
             let radians_per_sample = angle(&self.mains_turn, &self.mains_offset, index) * per_sample;
             // Phase at the origin: (cosine, sine) turned back; in_phase·cos(φ₀+ωn) + quadrature·sin(φ₀+ωn).
-            let (s, c) = (libm::sinf(radians_per_sample * back), libm::cosf(radians_per_sample * back));
+            let (s, c) = sin_cos(radians_per_sample * back);
             let (cosine, sine) = (tone.cosine * c - tone.sine * s, tone.sine * c + tone.cosine * s);
             *known = BaselineTone {
                 in_phase: tone.in_phase * cosine + tone.quadrature * sine,
@@ -352,10 +356,9 @@ impl Idle {
     fn predict(&mut self) {
         let mut centre = self.zero;
         let mut rise = self.slope;
-        for (index, tone) in self.tones.iter().enumerate() {
+        for tone in &self.tones {
             centre += tone.value();
-            rise += (tone.quadrature * tone.cosine - tone.in_phase * tone.sine)
-                * angle(&self.mains_turn, &self.mains_offset, index);
+            rise += (tone.quadrature * tone.cosine - tone.in_phase * tone.sine) * tone.turn;
         }
         self.step = rise / self.group_length as f32;
         self.prediction = centre - self.step * (self.group_length as f32 - 1.0) / 2.0;
@@ -432,9 +435,8 @@ impl Idle {
     /// Sets the oscillators' rotations from the mains frequencies.
     fn retune(&mut self) {
         for (index, tone) in self.tones.iter_mut().enumerate() {
-            let turn = angle(&self.mains_turn, &self.mains_offset, index);
-            tone.turn_cosine = libm::cosf(turn);
-            tone.turn_sine = libm::sinf(turn);
+            tone.turn = angle(&self.mains_turn, &self.mains_offset, index);
+            (tone.turn_sine, tone.turn_cosine) = sin_cos(tone.turn);
             tone.normalise();
         }
     }

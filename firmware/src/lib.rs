@@ -41,4 +41,5 @@ pub mod severity;
 pub mod shared;
 pub mod storage;
 pub mod tasks;
+pub mod trigonometry;
 pub mod units;

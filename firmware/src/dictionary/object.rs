@@ -5,13 +5,20 @@
 
 use zencan_node::common::objects::{AccessType, DataType, ObjectCode, PdoMappable, SubInfo};
 
+/// Text for manual, EDS file and people. It does not go onto the board, where nothing reads it and it would take 15 KiB.
+#[cfg(not(target_os = "none"))]
+pub type Prose = &'static str;
+/// Left out.
+#[cfg(target_os = "none")]
+pub type Prose = ();
+
 /// One object of the dictionary.
 #[derive(Clone, Copy, Debug)]
 pub struct Object {
     /// Index, 0x1000 to 0xFFFF.
     pub index: u16,
-    /// Name, as EDS files write it. Like all text here, empty on the board.
-    pub name: &'static str,
+    /// Name, as EDS files write it.
+    pub name: Prose,
     /// Variable, array or record.
     pub code: ObjectCode,
     /// Sub-objects; a variable has exactly one, of sub-index 0. Sub-index 0 of a record is not listed: it is
@@ -45,15 +52,15 @@ pub struct Sub {
     /// Sub-index.
     pub sub: u8,
     /// Name.
-    pub name: &'static str,
+    pub name: Prose,
     /// Type on the wire; everything is little-endian.
     pub kind: DataType,
     /// Who may read and write.
     pub access: AccessType,
     /// Unit, or what the number means.
-    pub unit: &'static str,
+    pub unit: Prose,
     /// Permitted range or the choices; empty where every value of the type is meant.
-    pub range: &'static str,
+    pub range: Prose,
     /// Which PDO carries it.
     pub pdo: PdoMappable,
 }
@@ -80,6 +87,7 @@ impl Sub {
     /// assert_eq!(peak.step(), (0.1, "N"));
     /// ```
     #[must_use]
+    #[cfg(not(target_os = "none"))]
     pub fn step(&self) -> (f64, &'static str) {
         const UNITS: [&str; 9] = ["N", "N s", "s", "ms", "kg", "Hz", "V", "N/m", "sample"];
         let (quantity, _) = self.unit.split_once(',').unwrap_or((self.unit, ""));
@@ -130,10 +138,13 @@ const fn sub(
     Sub { sub, name, kind, access, unit, range, pdo: PdoMappable::None }
 }
 
-/// Text for manual, EDS file and people. It does not go onto the board, where nothing reads it and it would take 10 KiB.
-const fn for_people(text: &'static str) -> &'static str {
-    if cfg!(target_os = "none") { "" } else { text }
+#[cfg(not(target_os = "none"))]
+const fn for_people(text: &'static str) -> Prose {
+    text
 }
+
+#[cfg(target_os = "none")]
+const fn for_people(_: &'static str) -> Prose {}
 
 const fn ro(number: u8, name: &'static str, kind: DataType, unit: &'static str, range: &'static str) -> Sub {
     sub(number, name, kind, AccessType::Ro, unit, range)

@@ -5,6 +5,7 @@ use crate::calibration::Calibration;
 use crate::capture::Curve;
 use crate::detector::ImpactContext;
 use crate::idle::{Baseline, TONES};
+use crate::trigonometry::sin_cos;
 
 /// Samples that are held at once.
 pub const PIECE: usize = 128;
@@ -37,7 +38,8 @@ impl<'a, C: Curve> Force<'a, C> {
             shift,
             turns: context.baseline.tones.map(|tone| {
                 let stride = tone.radians_per_sample * STRIDE as f32;
-                (libm::cosf(stride), libm::sinf(stride))
+                let (sine, cosine) = sin_cos(stride);
+                (cosine, sine)
             }),
             len: curve.len().min(usize::try_from(wanted).unwrap_or(usize::MAX)),
         }
@@ -101,7 +103,7 @@ impl<'a, C: Curve> Force<'a, C> {
             return;
         }
         let phase = tone.radians_per_sample * n;
-        let (mut sine, mut cosine) = (libm::sinf(phase), libm::cosf(phase));
+        let (mut sine, mut cosine) = sin_cos(phase);
         let mut value = tone.in_phase * cosine + tone.quadrature * sine;
         for run in forces.chunks_mut(STRIDE) {
             (cosine, sine) = (cosine * turn_cosine - sine * turn_sine, sine * turn_cosine + cosine * turn_sine);

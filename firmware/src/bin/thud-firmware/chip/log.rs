@@ -1,6 +1,6 @@
 //! The log that `probe-rs` shows: what happened, not how. Read from what the tasks share, so that nothing waits for a log.
 
-use defmt::{Debug2Format, info, warn};
+use defmt::{info, warn};
 use defmt_rtt as _;
 use embassy_time::{Duration, Ticker};
 use thud_firmware::shared::Shared;
@@ -15,7 +15,7 @@ pub fn start<const N: usize>(shared: &Shared<N>) {
         env!("CARGO_PKG_VERSION"),
         env!("THUD_BUILD"),
         identity.serial,
-        Debug2Format(&identity.reset_cause),
+        identity.reset_cause,
     );
     let active = shared.active();
     info!("configuration revision {=u32}, hash {=u32:08x}", active.revision, active.hash);
@@ -31,13 +31,13 @@ pub async fn run<const N: usize>(shared: &Shared<N>) -> ! {
         ticker.next().await;
         while let Some(event) = shared.event(next_event) {
             info!(
-                "event {=u32}: impact {=u32}, peak {=f32} N ({=f32} N unfiltered), impulse {=f32} Ns, {}",
+                "event {=u32}: impact {=u32}, peak {=f32} N ({=f32} N unfiltered), impulse {=f32} Ns, {=str}",
                 event.number,
                 event.impact,
                 event.peak.0,
                 event.raw_peak.0,
                 event.impulse.0,
-                Debug2Format(&event.severity.verdict),
+                event.severity.verdict.name(),
             );
             next_event += 1;
         }
@@ -51,7 +51,7 @@ pub async fn run<const N: usize>(shared: &Shared<N>) -> ! {
         }
         let now = shared.counters();
         if now != counters {
-            warn!("losses: {}", Debug2Format(&now));
+            warn!("losses: {}", now);
             counters = now;
         }
     }

@@ -26,8 +26,8 @@ async fn main(thread: Spawner) {
     clocks::boost_core_voltage();
     let chip = embassy_stm32::init(clocks::config());
     // Not before: the log reads the time.
-    if let Some(words) = memory::kept().text() {
-        error!("before the reset: {=str}", words);
+    if let Some((end, detail, addresses)) = memory::kept().kept() {
+        error!("before the reset: {}, detail {=u32:#x}; cargo xtask where {=[?]:#x}", end, detail, addresses);
     }
     memory::kept().forget();
 
