@@ -50,7 +50,7 @@ fn a_panic_leaves_a_record_that_the_next_start_tells() {
     assert_eq!(last_start(&lab), Start::Software);
     assert_eq!(lab.emergencies(), [Fault::Panic]);
     assert_eq!(lab.status().reset_cause, "panic");
-    assert!(lab.logged("before the reset:") && lab.logged("DMA: error"), "{:#?}", lab.emulator().log());
+    assert!(lab.logged("before the reset: Panic") && lab.logged("DMA: error"), "{:#?}", lab.emulator().log());
     lab.expect_order(2);
     // It is told once.
     lab.emulator_mut().press_reset();
@@ -66,7 +66,7 @@ fn a_jump_into_nowhere_is_a_hard_fault_with_its_address() {
     lab.run_ms(200);
     assert_eq!(last_start(&lab), Start::Software);
     assert_eq!(lab.emergencies(), [Fault::Panic]);
-    assert!(lab.logged("hard fault at 0x60000000"), "{:#?}", lab.emulator().log());
+    assert!(lab.logged("before the reset: HardFault") && lab.logged("0x60000000"), "{:#?}", lab.emulator().log());
     assert_eq!(lab.emulator().machine().faults().len(), 1);
 }
 

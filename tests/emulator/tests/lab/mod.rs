@@ -51,6 +51,11 @@ impl Lab {
         Self { emulator, client, blows }
     }
 
+    /// A client that has heard nothing yet.
+    pub fn fresh_client(&mut self) {
+        self.client = Client::new(Box::new(GuestBus::new(self.emulator.clone())));
+    }
+
     /// The same without noise, after it has settled.
     pub fn quiet() -> Self {
         let mut lab = Self::new(ChainSettings::quiet());
