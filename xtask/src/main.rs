@@ -4,6 +4,7 @@
 
 mod addresses;
 mod dictionary;
+mod emulator;
 mod python;
 mod size;
 mod step;
@@ -19,6 +20,7 @@ Chores:
   test                 format, lints, documentation and all tests; installs what they need into target/
   target               find a compiler for the board's processor, or install it
   size                 build the firmware for the board; its flash and memory beside the budget
+  emulator             run the firmware's ELF file on an emulated board, with all its tests
   where ADDRESS...     the places in the source that the addresses of a panic record mean
   dictionary           write docs/can/ (EDS, DBC, object table) from the firmware's object dictionary
   dictionary NODE...   print a DBC file for sensors with these node ids (1 to 127, or 0x01 to 0x7F)
@@ -35,6 +37,7 @@ fn main() -> ExitCode {
             }
         }),
         Some("size") => target::toolchain().and_then(|found| found.map_or(Ok(()), size::run)),
+        Some("emulator") => emulator::run(),
         Some("where") => addresses::run(&arguments.collect::<Vec<_>>()),
         Some("tables") => test::tables(),
         Some("dictionary") => dictionary::run(&arguments.collect::<Vec<_>>()),

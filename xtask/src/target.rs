@@ -192,7 +192,8 @@ fn linked() -> bool {
     step::works(&mut step::command("rustup", &["which", "--toolchain", DEBIAN_TOOLCHAIN, "rustc"]))
 }
 
-fn may_install() -> bool {
+/// Whether this may install packages: as root, with apt.
+pub fn may_install() -> bool {
     let root = Command::new("id").arg("-u").output().is_ok_and(|output| output.stdout.trim_ascii() == b"0");
     root && step::works(&mut step::command("apt-get", &["--version"]))
 }

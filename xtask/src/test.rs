@@ -1,6 +1,6 @@
 //! `cargo xtask test` and `cargo xtask tables`.
 
-use crate::{python, step};
+use crate::{emulator, python, step};
 
 /// Format, lints, documentation, tests: in the order in which a mistake is cheapest to find.
 ///
@@ -23,7 +23,8 @@ pub fn run() -> Result<(), String> {
     } else {
         step::cargo(&["test", "--workspace", "--lib", "--bins", "--tests", "--no-fail-fast"])
     };
-    step::run("tests", tests.env("THUD_PYTHON", python))
+    step::run("tests", tests.env("THUD_PYTHON", python))?;
+    emulator::run()
 }
 
 /// The README's tables.

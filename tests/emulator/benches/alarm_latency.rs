@@ -30,7 +30,7 @@ fn main() {
     println!("| load of the bus | {:.1} % |", 100.0 * outcome.load);
     println!("| processor awake | {:.1} % |", 100.0 * outcome.awake);
     println!("| double words and pages of flash written | {} |", outcome.written);
-    println!("| contacts during a writing | {} |", outcome.busy_contacts);
+    println!("| contacts with something to be written | {} |", outcome.due_contacts);
     println!("| samples lost | {} |", outcome.lost_samples);
     println!("| stack used | {} bytes |", outcome.stack);
     println!("| violations | {} |", lab.emulator().chip().violations().len());

@@ -71,16 +71,24 @@ fn status_configure_hit_and_monitor_work_as_with_a_sensor() {
     let configured = json(&["configure", "--region", "chest", "--mass", "6"]).expect("it takes the configuration");
     assert_eq!(configured["stored"], true, "{configured}");
 
+    let file = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("emulated-events.json");
     let monitor = Command::new(tool())
-        .args(["monitor", "--events", "1", "--bus", &bus(), "--json", "-"])
+        .args(["monitor", "--count", "1", "--bus", &bus(), "--json"])
+        .arg(&file)
         .stdout(Stdio::piped())
-        .spawn()
-        .expect("it starts");
-    std::thread::sleep(Duration::from_secs(2));
-    let hit = Command::new(tool()).args(["hit", "--speed", "0.3", "--bus", &bus()]).output().expect("it runs");
-    assert!(hit.status.success(), "{}", String::from_utf8_lossy(&hit.stderr));
-    let seen = monitor.wait_with_output().expect("it ends after one event");
-    let seen = String::from_utf8_lossy(&seen.stdout).into_owned();
-    assert!(seen.contains("\"what\":\"event\"") || seen.contains("\"what\": \"event\""), "{seen}");
-    assert!(seen.contains("pass") || seen.contains("fail") || seen.contains("inconclusive"), "{seen}");
+        .spawn();
+    let mut monitor = Running(monitor.expect("it starts"));
+    let mut lines = BufReader::new(monitor.0.stdout.take().expect("it is piped")).lines();
+    assert!(lines.by_ref().map_while(Result::ok).any(|line| line.contains("Following node 32")));
+    std::thread::spawn(move || lines.for_each(drop));
+    let hit = json(&["hit", "--speed", "0.3"]).expect("the rig obeys");
+    let truth = hit["hits"][0]["peak_N"].as_f64().expect("a force");
+    assert!(monitor.0.wait().expect("it ends after one event").success());
+
+    let seen: Value = serde_json::from_slice(&std::fs::read(&file).expect("it is written")).expect("JSON");
+    let events = seen["events"].as_array().expect("events");
+    assert_eq!((events.len(), &seen["lost"]), (1, &0.into()), "{seen}");
+    let peak = events[0]["peak_N"].as_f64().expect("a force");
+    assert!((peak - truth).abs() < 0.005 * truth + 0.5, "{peak} N was sensed, {truth} N reached the cell");
+    assert_ne!(events[0]["verdict"], "none", "{seen}");
 }

@@ -16,7 +16,7 @@ fn the_alarm_is_out_within_a_millisecond_and_no_sample_is_lost() {
     assert!(outcome.load > 0.88, "{outcome:?}");
     assert_eq!(outcome.lost_samples, 0, "{outcome:?}");
     assert_eq!(outcome.revision, impacts, "every configuration was applied: {outcome:?}");
-    assert!(outcome.written > 5 * u64::from(impacts) && outcome.busy_contacts > 0, "{outcome:?}");
+    assert!(outcome.written > 5 * u64::from(impacts) && outcome.due_contacts > 0, "{outcome:?}");
     assert!(outcome.stack < thud_emulator::chip::map::CCM_SIZE - RESERVE, "{outcome:?}");
     // A handler, the urgent tasks, a more urgent handler.
     assert!(outcome.nesting >= 2, "{outcome:?}");
