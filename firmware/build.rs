@@ -15,7 +15,7 @@ fn main() {
             panic!("{}: {error}; the memory map of the board belongs to the top of the tree", memory.display())
         });
         // For the binary alone: whoever uses the library links for another chip.
-        for argument in ["--nmagic", &format!("-L{out}"), "-Tlink.x", "-Tdefmt.x"] {
+        for argument in ["--nmagic", "--build-id=sha1", &format!("-L{out}"), "-Tlink.x", "-Tdefmt.x"] {
             println!("cargo::rustc-link-arg-bins={argument}");
         }
         println!("cargo::rerun-if-changed={}", memory.display());

@@ -124,7 +124,9 @@ impl<const N: usize> Slot<N> {
         let place = self.place(self.len);
         let first = codes.len().min(N - place);
         self.codes[place..place + first].copy_from_slice(&codes[..first]);
-        self.codes[..codes.len() - first].copy_from_slice(&codes[first..]);
+        if first < codes.len() {
+            self.codes[..codes.len() - first].copy_from_slice(&codes[first..]);
+        }
         self.len += codes.len();
     }
 

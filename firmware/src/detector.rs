@@ -22,7 +22,7 @@ use crate::capture::{Captures, SlotId, pre_trigger};
 use crate::configuration::{Configuration, ContactKind, Setting};
 use crate::event::{Flags, Onset};
 use crate::idle::{Baseline, Idle};
-use crate::onset::OnsetDetector;
+use crate::onset::{OnsetDetector, limited};
 use crate::units::{Hertz, Kilogram, Newton, NewtonSecond, Second};
 
 use self::phase::{OpenImpact, Phase, Spans, Waiting, causal_filter};
@@ -289,25 +289,26 @@ impl<const N: usize> Detector<N> {
             self.start(codes);
         }
         let mut began = None;
-        for code in codes {
+        let mut touched = codes;
+        if matches!(self.phase, Phase::Idle) {
+            touched = &[];
+            if let Some((place, force)) = self.take_idle(codes) {
+                let open = self.begin(force);
+                began = Some(open.onset);
+                self.phase = Phase::Open(open);
+                self.next_index += 1;
+                touched = &codes[place + 1..];
+            }
+        }
+        for code in touched {
             let rest = self.idle.remove(self.calibration.force(*code));
+            let group_ends = self.idle.hold();
             match &mut self.phase {
-                Phase::Start => {}
-                Phase::Idle => {
-                    if self.take_idle(rest) {
-                        let open = self.begin(rest);
-                        began = Some(open.onset);
-                        self.phase = Phase::Open(open);
-                    }
-                }
+                Phase::Start | Phase::Idle => {}
                 Phase::Open(open) => {
-                    let group_ends = self.idle.hold();
-                    open.take(rest, self.next_index, group_ends, self.onset.release_level(), &self.spans);
+                    open.take(rest, self.next_index, group_ends, self.onset.release_level());
                 }
-                Phase::Waiting(waiting) => {
-                    self.idle.hold();
-                    waiting.take(rest, self.next_index, self.onset.release_level());
-                }
+                Phase::Waiting(waiting) => waiting.take(rest, self.next_index, self.onset.release_level()),
             }
             self.next_index += 1;
         }
@@ -351,19 +352,43 @@ impl<const N: usize> Detector<N> {
         self.phase = Phase::Idle;
     }
 
-    /// Takes a sample while nothing touches; true at an onset.
-    #[inline]
-    fn take_idle(&mut self, rest: f32) -> bool {
-        let limit = self.onset.limit().min(self.idle.first_limit_until_armed());
-        let limited = rest.max(-limit).min(limit);
-        if self.idle.learn(limited, self.onset.threshold()) {
-            self.set_threshold();
-            if !self.idle.settled() {
-                // The zero may just have jumped, and the window stands on the old one.
-                self.onset.clear();
+    /// Takes samples while nothing touches, up to an onset: its place among them and its force. The onset's sample is not yet
+    /// counted.
+    ///
+    /// A run of samples up to the end of a group at a time, so that what changes from sample to sample stays in registers.
+    fn take_idle(&mut self, codes: &[AdcCode]) -> Option<(usize, f32)> {
+        let mut taken = 0;
+        while taken < codes.len() {
+            let run = &codes[taken..];
+            let run = &run[..run.len().min(self.idle.until_group_ends())];
+            let limit = self.onset.limit_below(self.idle.first_limit_until_armed());
+            let mut gathering = self.idle.gathering();
+            let mut found = None;
+            for (place, code) in run.iter().enumerate() {
+                let rest = gathering.remove(self.calibration.force(*code));
+                let limited = limited(rest, limit);
+                gathering.learn(limited);
+                if self.onset.push(limited) {
+                    found = Some((place, rest));
+                    break;
+                }
             }
+            if let Some((place, force)) = found {
+                self.idle.gather(&gathering, place + 1, self.onset.threshold());
+                self.next_index += place as u64;
+                return Some((taken + place, force));
+            }
+            if self.idle.gather(&gathering, run.len(), self.onset.threshold()) {
+                self.set_threshold();
+                if !self.idle.settled() {
+                    // The zero may just have jumped, and the window stands on the old one.
+                    self.onset.clear();
+                }
+            }
+            taken += run.len();
+            self.next_index += run.len() as u64;
         }
-        self.onset.push(limited)
+        None
     }
 
     fn set_threshold(&mut self) {
@@ -410,6 +435,7 @@ impl<const N: usize> Detector<N> {
             filter: causal_filter(configuration),
             filtered: 0.0,
             quasi_static: None,
+            quasi_static_from: self.next_index + self.spans.transient + self.spans.filter_delay,
             last_touch: self.next_index,
             curve_end: self.next_index,
             group_sum: 0.0,

@@ -104,6 +104,32 @@ impl Tone {
     }
 }
 
+/// The part of the tracker that moves with every sample.
+#[derive(Clone, Copy, Debug)]
+pub struct Gathering {
+    prediction: f32,
+    step: f32,
+    sum: f32,
+    squares: f32,
+}
+
+impl Gathering {
+    /// See [`Idle::remove`].
+    #[inline]
+    pub fn remove(&mut self, force: f32) -> f32 {
+        let rest = force - self.prediction;
+        self.prediction += self.step;
+        rest
+    }
+
+    /// See [`Idle::learn`].
+    #[inline]
+    pub fn learn(&mut self, rest: f32) {
+        self.sum += rest;
+        self.squares += rest * rest;
+    }
+}
+
 /// The tracker.
 #[derive(Clone, Debug)]
 pub struct Idle {
@@ -181,7 +207,7 @@ impl Idle {
         self.quantisation_variance = quantisation * quantisation;
         self.zero = first;
         self.retune();
-        self.predict();
+        self.predict::<false>();
     }
 
     /// Samples in a group.
@@ -240,10 +266,33 @@ impl Idle {
     /// Learns from a sample, already limited. True at the end of a block, when zero and noise have moved.
     #[inline]
     pub fn learn(&mut self, rest: f32, threshold: f32) -> bool {
-        self.group_sum += rest;
-        self.squares += rest * rest;
-        self.in_group += 1;
-        self.in_group == self.group_length && self.end_group(threshold)
+        let mut gathering = self.gathering();
+        gathering.learn(rest);
+        self.gather(&gathering, 1, threshold)
+    }
+
+    /// Samples until the present group ends, at least one.
+    #[inline]
+    #[must_use]
+    pub fn until_group_ends(&self) -> usize {
+        self.group_length.saturating_sub(self.in_group).max(1) as usize
+    }
+
+    /// What changes from sample to sample within a group.
+    #[inline]
+    #[must_use]
+    pub fn gathering(&self) -> Gathering {
+        Gathering { prediction: self.prediction, step: self.step, sum: self.group_sum, squares: self.squares }
+    }
+
+    /// Takes back what has gathered over some samples, not beyond the end of the group. True at the end of a block, when zero and
+    /// noise have moved.
+    pub fn gather(&mut self, gathering: &Gathering, samples: usize, threshold: f32) -> bool {
+        self.prediction = gathering.prediction;
+        self.group_sum = gathering.sum;
+        self.squares = gathering.squares;
+        self.in_group += samples as u32;
+        self.in_group >= self.group_length && self.end_group(threshold)
     }
 
     /// Lets time pass without learning: something touches. True at the end of a group.
@@ -282,7 +331,7 @@ impl Idle {
         self.resume();
         self.zero += rest;
         self.slope = 0.0;
-        self.predict();
+        self.predict::<false>();
     }
 
     /// `lost` samples never came: time went on without them.
@@ -300,7 +349,7 @@ impl Idle {
             (tone.cosine, tone.sine) =
                 (tone.cosine * cosine - tone.sine * sine, tone.sine * cosine + tone.cosine * sine);
         }
-        self.predict();
+        self.predict::<false>();
     }
 
     /// The idle signal around now. `next_index` is the number of the sample that comes next.
@@ -346,17 +395,18 @@ impl Idle {
     fn next_group(&mut self) {
         self.in_group = 0;
         self.zero += self.slope;
-        for tone in &mut self.tones {
-            tone.turn();
-        }
-        self.predict();
+        self.predict::<true>();
     }
 
-    /// Sets the prediction for the group whose centre the oscillators stand at: value and slope at its centre.
-    fn predict(&mut self) {
+    /// Sets the prediction for the group whose centre the oscillators stand at: value and slope at its centre. With `TURN` they
+    /// are first turned by a group.
+    fn predict<const TURN: bool>(&mut self) {
         let mut centre = self.zero;
         let mut rise = self.slope;
-        for tone in &self.tones {
+        for tone in &mut self.tones {
+            if TURN {
+                tone.turn();
+            }
             centre += tone.value();
             rise += (tone.quadrature * tone.cosine - tone.in_phase * tone.sine) * tone.turn;
         }

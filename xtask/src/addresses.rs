@@ -6,14 +6,14 @@ use std::path::Path;
 
 use addr2line::Loader;
 
-use crate::size;
+use crate::target::built;
 
 /// Prints function, file and line of each address, the functions that were inlined there first.
 ///
 /// # Errors
 /// When there is no firmware file, or a word is no address.
 pub fn run(words: &[String]) -> Result<(), String> {
-    let path = size::firmware();
+    let path = built("thud-firmware");
     let program = Program::open(&path)?;
     for word in words {
         // As the log prints a list of them.

@@ -1,15 +1,14 @@
 //! `cargo xtask emulator`: the firmware's ELF file on an emulated board, all its tests.
 //!
 //! ```text
-//! compiler for the board? cmake and libclang? ─▶ firmware ─▶ host tool ─▶ lints and tests of tests/emulator
-//!   missing, and we are root ──▶ installed
-//!   missing, and we are not  ──▶ left out, said; with CI=true that is a failure
+//! cmake, libclang ─▶ firmware ─▶ host tool ─▶ lints and tests of tests/emulator
+//!   missing       ──▶ installed where that is permitted; else left out and said, which with CI=true is a failure
 //! ```
 
 use std::env;
 
-use crate::target::{self, Toolchain};
-use crate::{size, step};
+use crate::target::Toolchain;
+use crate::{packages, size, step};
 
 /// What the emulated processor, a C library, is built with. `libclang-dev` is the distribution's usual version.
 const PACKAGES: [&str; 3] = ["cmake", "pkg-config", "libclang-dev"];
@@ -19,15 +18,10 @@ const PACKAGE: [&str; 4] = ["--package", "thud-emulator", "--features", "unicorn
 ///
 /// # Errors
 /// The first step that fails, or what is missing when nothing may be left out (`CI=true`).
-pub fn run() -> Result<(), String> {
-    let Some(toolchain) = target::toolchain()? else { return Ok(()) };
+pub fn run(toolchain: Toolchain) -> Result<(), String> {
     if !has_tools()? {
         return Ok(());
     }
-    test(toolchain)
-}
-
-fn test(toolchain: Toolchain) -> Result<(), String> {
     size::build(toolchain)?;
     let with = |chore: &[&str]| step::cargo(&[chore, &PACKAGE].concat());
     step::run("emulator: lints", with(&["clippy", "--all-targets", "--quiet"]).args(["--", "-D", "warnings"]))?;
@@ -45,30 +39,18 @@ fn has_tools() -> Result<bool, String> {
     if missing().is_empty() {
         return Ok(true);
     }
-    if target::may_install() {
-        let mut arguments = vec!["install", "-y", "-qq", "--no-install-recommends"];
-        arguments.extend(PACKAGES);
-        let mut install = step::command("apt-get", &arguments);
-        install.env("DEBIAN_FRONTEND", "noninteractive");
-        if step::run("emulator: packages", &mut install).is_err() {
-            step::run("emulator: lists of packages", &mut step::command("apt-get", &["update", "-qq"]))?;
-            step::run("emulator: packages", &mut install)?;
-        }
+    if packages::may_install() {
+        packages::install("emulator", &PACKAGES)?;
     }
     let missing = missing();
     if missing.is_empty() {
         return Ok(true);
     }
-    let left_out = format!(
-        "the firmware is not run in the emulator: {} is missing.\n\
-         On Debian: apt-get install {}. Elsewhere: cmake, pkg-config and LLVM with libclang.",
-        missing.join(" and "),
-        PACKAGES.join(" ")
-    );
-    if env::var("CI").as_deref() == Ok("true") {
-        return Err(format!("{left_out}\nCI=true: nothing may be left out"));
-    }
-    eprintln!("note: {left_out}");
+    packages::left_out(&format!(
+        "the firmware is not run in the emulator; missing: {}.\n\
+         As root on Debian, `cargo xtask emulator` installs it. Elsewhere: cmake, pkg-config and LLVM with libclang.",
+        missing.join(", ")
+    ))?;
     Ok(false)
 }
 

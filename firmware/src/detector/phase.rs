@@ -68,8 +68,10 @@ pub struct OpenImpact {
     pub filter: Causal,
     /// The filtered force.
     pub filtered: f32,
-    /// Largest filtered force after the transient window.
+    /// Largest filtered force after the transient window, and the first sample that counts for it.
     pub quasi_static: Option<f32>,
+    /// See `quasi_static`.
+    pub quasi_static_from: u64,
     /// Last sample at which the filtered force was above the release level.
     pub last_touch: u64,
     /// First sample that the slot has no room for.
@@ -95,12 +97,12 @@ pub struct Waiting {
 impl OpenImpact {
     /// Takes a sample; `group_ends` with every group of the idle tracker.
     #[inline]
-    pub fn take(&mut self, rest: f32, index: u64, group_ends: bool, release_level: f32, spans: &Spans) {
+    pub fn take(&mut self, rest: f32, index: u64, group_ends: bool, release_level: f32) {
         self.filtered = self.filter.step(rest);
         if self.filtered > release_level {
             self.last_touch = index;
         }
-        if index >= self.onset.noticed_at + spans.transient + spans.filter_delay {
+        if index >= self.quasi_static_from {
             self.quasi_static = Some(self.quasi_static.unwrap_or(self.filtered).max(self.filtered));
         }
         if index >= self.curve_end {

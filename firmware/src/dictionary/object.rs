@@ -467,6 +467,8 @@ pub static OBJECTS: &[Object] = &[
             ro(3, "Reset cause", UInt8, "0 power, 1 pin, 2 watchdog, 3 software, 4 brown-out, 5 panic", ""),
             ro(4, "Hardware revision", UInt32, "", ""),
             ro(5, "Stored configuration", UInt8, "0 found, 1 none yet, 2 unreadable, defaults in use", ""),
+            ro(6, "Build", UInt64, "first half of the program's build id; 0 in the simulation", ""),
+            ro(7, "Dictionary hash", UInt32, "CRC-32 over index, sub, type, access, PDO", ""),
         ],
     ),
     record(
@@ -491,6 +493,50 @@ pub static OBJECTS: &[Object] = &[
         ],
     ),
 ];
+
+/// A type's number, CiA 301, table 44.
+#[must_use]
+pub const fn type_number(kind: DataType) -> u16 {
+    match kind {
+        DataType::Boolean => 0x01,
+        DataType::Int8 => 0x02,
+        DataType::Int16 => 0x03,
+        DataType::Int32 => 0x04,
+        DataType::UInt8 => 0x05,
+        DataType::UInt16 => 0x06,
+        DataType::UInt32 => 0x07,
+        DataType::Real32 => 0x08,
+        DataType::VisibleString => 0x09,
+        DataType::OctetString => 0x0A,
+        DataType::UnicodeString => 0x0B,
+        DataType::TimeOfDay => 0x0C,
+        DataType::TimeDifference => 0x0D,
+        DataType::Domain => 0x0F,
+        DataType::Int24 => 0x10,
+        DataType::Real64 => 0x11,
+        DataType::Int64 => 0x15,
+        DataType::UInt24 => 0x16,
+        DataType::UInt64 => 0x1B,
+        DataType::Other(number) => number,
+    }
+}
+
+/// CRC-32 (ISO-HDLC) over what every entry is on the wire: index (u16), sub-index (u8), type (u16), access (u8), PDO (u8). Two
+/// devices with the same hash are read and written alike, whatever else differs.
+#[must_use]
+pub fn hash() -> u32 {
+    const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+    let mut digest = CRC.digest();
+    for object in OBJECTS {
+        for sub in object.subs {
+            digest.update(&object.index.to_le_bytes());
+            digest.update(&[sub.sub]);
+            digest.update(&type_number(sub.kind).to_le_bytes());
+            digest.update(&[sub.access as u8, sub.pdo as u8]);
+        }
+    }
+    digest.finalize()
+}
 
 /// The object with this index.
 #[must_use]

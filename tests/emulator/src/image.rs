@@ -109,6 +109,13 @@ impl Image {
         name
     }
 
+    /// An address of the program at which a half-word has this value.
+    #[must_use]
+    pub fn find(&self, half: u16) -> Option<u32> {
+        let place = self.bank_1.chunks_exact(2).position(|bytes| bytes == half.to_le_bytes())?;
+        Some(BANK_1 + 2 * place as u32)
+    }
+
     /// Addresses whose half-word is that of `WFE` or `WFI`, and of `SEV`. Some may be data or the second half of another
     /// instruction; those are never executed.
     #[must_use]

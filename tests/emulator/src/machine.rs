@@ -12,7 +12,7 @@
 //! Unicorn translates blocks of guest instructions; before each the time moves by what its instructions take. Unicorn has no
 //! NVIC: a return from an exception is a jump to 0xFFFFFFxx, which it cannot fetch and which is caught here.
 
-use unicorn_engine::{Arch, ArmCpuModel, HookType, MemType, Mode, Prot, RegisterARM as Reg, Unicorn, uc_error};
+use unicorn_engine::{Arch, ArmCpuModel, Mode, Prot, RegisterARM as Reg, Unicorn, uc_error};
 
 use crate::chip::Chip;
 use crate::chip::map::{
@@ -149,13 +149,6 @@ impl Machine {
             cpu.add_code_hook(u64::from(address), u64::from(address), |cpu, _, _| cpu.get_data_mut().event = true)
                 .expect("a hook");
         }
-        // Without it an undefined instruction and a breakpoint would be lost.
-        cpu.add_intr_hook(|cpu, _| {
-            let _ = cpu.emu_stop();
-        })
-        .map(|_| ())
-        .unwrap_or_default();
-        let _ = (HookType::INTR, MemType::READ);
 
         let mut machine = Self {
             cpu,
@@ -256,9 +249,9 @@ impl Machine {
         self.halted_until = self.chip().now + duration;
     }
 
-    /// Lets the program jump to where there is no memory.
-    pub fn go_astray(&mut self) {
-        self.pc = 0x6000_0000;
+    /// Lets the program jump somewhere.
+    pub fn jump_to(&mut self, address: u32) {
+        self.pc = address;
         self.asleep = false;
     }
 

@@ -1,6 +1,7 @@
 //! When the program goes wrong: every way ends in a reset, and the next start tells why.
 
 use thud_emulator::emulator::Start;
+use thud_emulator::image::Image;
 use thud_firmware::emergency::Fault;
 use thud_sim::chain::ChainSettings;
 
@@ -62,12 +63,25 @@ fn a_panic_leaves_a_record_that_the_next_start_tells() {
 #[test]
 fn a_jump_into_nowhere_is_a_hard_fault_with_its_address() {
     let mut lab = running();
-    lab.emulator_mut().machine_mut().go_astray();
+    lab.emulator_mut().machine_mut().jump_to(0x6000_0000);
     lab.run_ms(200);
     assert_eq!(last_start(&lab), Start::Software);
     assert_eq!(lab.emergencies(), [Fault::Panic]);
     assert!(lab.logged("before the reset: HardFault") && lab.logged("0x60000000"), "{:#?}", lab.emulator().log());
     assert_eq!(lab.emulator().machine().faults().len(), 1);
+}
+
+#[test]
+fn an_undefined_instruction_is_a_hard_fault_with_its_reason() {
+    let image = Image::read(&Image::usual_place()).unwrap();
+    // UDF #254, with which the compiler ends what must not be reached.
+    let undefined = image.find(0xDEFE).expect("the program has one");
+    let mut lab = running();
+    lab.emulator_mut().machine_mut().jump_to(undefined);
+    lab.run_ms(200);
+    assert_eq!(last_start(&lab), Start::Software);
+    // CFSR: UNDEFINSTR.
+    assert!(lab.logged("before the reset: HardFault, detail 0x10000"), "{:#?}", lab.emulator().log());
 }
 
 /// Below the stack there is no memory: nothing else is overwritten, the processor locks up and the watchdog bites.

@@ -79,9 +79,18 @@ fn calibrate(calibration: &Calibration, codes: &[AdcCode], force: &mut [f32]) {
 
 #[inline(never)]
 fn track(idle: &mut Idle, force: &[f32], rest: &mut [f32]) {
-    for (rest, force) in rest.iter_mut().zip(force) {
-        *rest = idle.remove(*force);
-        idle.learn(*rest, 1.8);
+    let mut pairs = force.iter().zip(rest);
+    loop {
+        let (mut gathering, mut taken) = (idle.gathering(), 0);
+        for (force, rest) in pairs.by_ref().take(idle.until_group_ends()) {
+            *rest = gathering.remove(*force);
+            gathering.learn(*rest);
+            taken += 1;
+        }
+        if taken == 0 {
+            return;
+        }
+        idle.gather(&gathering, taken, 1.8);
     }
 }
 

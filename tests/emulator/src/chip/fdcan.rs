@@ -240,7 +240,7 @@ impl FdCan {
         if gone == 0 {
             return;
         }
-        self.pending = waiting & self.pending;
+        self.pending &= waiting;
         self.transmitted |= gone;
         self.last_error = 0;
         // TXBTIE: which of them say so.

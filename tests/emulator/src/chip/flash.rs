@@ -345,7 +345,7 @@ impl Flash {
         }
         let torn = self.bank_2.torn.contains(&(offset as u32 / WORD));
         if torn {
-            self.eccr = self.eccr & 0xF000_0000 | ECCD | BK_ECC | offset as u32 / WORD * WORD & 0x7_FFFF;
+            self.eccr = self.eccr & 0xF000_0000 | ECCD | BK_ECC | (offset as u32 / WORD * WORD);
         }
         (value, torn)
     }

@@ -22,7 +22,12 @@ pub fn read() -> Identity {
         panicked: kept.kept().is_some(),
         memory_kept: kept.memory_kept(),
     };
-    Identity { serial: serial(), hardware_revision: HARDWARE_REVISION, reset_cause: traces.cause() }
+    Identity {
+        serial: serial(),
+        hardware_revision: HARDWARE_REVISION,
+        build: memory::build(),
+        reset_cause: traces.cause(),
+    }
 }
 
 /// CRC-32 of the chip's 96-bit unique id: 32 bits as object 0x1018:4 wants them, from all of the id, of which the wafer's

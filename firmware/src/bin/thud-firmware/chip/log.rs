@@ -11,9 +11,10 @@ const PERIOD: Duration = Duration::from_millis(100);
 pub fn start<const N: usize>(shared: &Shared<N>) {
     let identity = shared.identity;
     info!(
-        "thud {=str} build {=str}, serial {=u32:08x}, started by {}",
+        "thud {=str} {=str}, build {=u64:016x}, serial {=u32:08x}, started by {}",
         env!("CARGO_PKG_VERSION"),
         env!("THUD_BUILD"),
+        identity.build,
         identity.serial,
         identity.reset_cause,
     );

@@ -33,6 +33,17 @@ pub fn kept() -> &'static mut PanicRecord {
     unsafe { &mut *(&raw mut KEPT).cast::<PanicRecord>() }
 }
 
+/// First eight bytes of the build id, as `cargo xtask size` and `readelf -n` show it: the linker's hash of the whole program.
+#[expect(unsafe_code, reason = "a note that the linker has written into flash")]
+pub fn build() -> u64 {
+    unsafe extern "C" {
+        // Three words of lengths and type, "GNU\0", then the hash: memory.x.
+        static _build_note: [u8; 24];
+    }
+    let [.., a, b, c, d, e, f, g, h] = unsafe { *(&raw const _build_note) };
+    u64::from_be_bytes([a, b, c, d, e, f, g, h])
+}
+
 /// The addresses to which the calls on the stack would return, the innermost first; see [`crate::call_chain`].
 #[expect(unsafe_code, reason = "stack and program as the linker placed them; both are readable memory")]
 pub fn call_chain() -> impl Iterator<Item = u32> {
