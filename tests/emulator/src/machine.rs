@@ -12,40 +12,25 @@
 //! Unicorn translates blocks of guest instructions; before each the time moves by what its instructions take. Unicorn has no
 //! NVIC: a return from an exception is a jump to 0xFFFFFFxx, which it cannot fetch and which is caught here.
 
-use unicorn_engine::{Arch, ArmCpuModel, Mode, Prot, RegisterARM as Reg, Unicorn, uc_error};
+use unicorn_engine::{Arch, ArmCpuModel, Mode, Prot, RegisterARM as Reg, Unicorn};
 
 use crate::chip::Chip;
-use crate::chip::map::{
-    BANK, BANK_1, BANK_2, CCM, CCM_SIZE, INFORMATION, INFORMATION_SIZE, MESSAGE_RAM, MESSAGE_RAM_SIZE, RAM, RAM_SIZE,
-    UNIQUE_ID,
-};
-use crate::chip::nvic::{Exception, FIRST_INTERRUPT, HARD_FAULT, Masks};
+use crate::chip::map::{BANK, BANK_1, BANK_2, CCM, CCM_SIZE, INFORMATION, INFORMATION_SIZE, RAM, RAM_SIZE, UNIQUE_ID};
 use crate::image::Image;
 use crate::moment::Picoseconds;
+
+mod exceptions;
+mod hooks;
+
+use exceptions::XPSR_THUMB;
+use hooks::{State, block, read, write};
 
 /// Clocks that an instruction takes, in hundredths. An assumption: most take one, loads and stores two, taken branches two to
 /// four, divisions and square roots up to fourteen, and the flash has four wait states behind its cache. Programs of this kind
 /// take 1.3 to 1.7 on a Cortex-M4; what a real board takes, only a real board shows.
 pub const CLOCKS_PER_INSTRUCTION: u64 = 150;
-/// Clocks from the interrupt to the first instruction of its handler, and back (Cortex-M4 TRM, 3.9.1).
-const EXCEPTION_CLOCKS: u64 = 12;
-
 /// What an untouched stack is filled with.
 const PAINT: u8 = 0xA5;
-
-/// Bits of CONTROL and xPSR.
-const FPCA: u64 = 1 << 2;
-const XPSR_THUMB: u32 = 1 << 24;
-const XPSR_IT: u32 = 0x0600_FC00;
-const XPSR_ALIGNED: u32 = 1 << 9;
-
-/// Words of a frame on the stack: without and with the registers of the floating-point unit.
-const FRAME: u32 = 8;
-const FRAME_WITH_FLOATS: u32 = 26;
-
-/// CFSR: a bus fault with precise address; an undefined instruction.
-const PRECISE: u32 = 1 << 9;
-const UNDEFINED: u32 = 1 << 16;
 
 /// Why the processor stopped before its time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,26 +44,6 @@ pub enum Halt {
     /// The power goes, as was ordered.
     PowerLost,
 }
-
-/// What the hooks share.
-struct State {
-    chip: Chip,
-    clock: Picoseconds,
-    stop_at: Picoseconds,
-    /// A block has been run since the last stop: there is progress.
-    progressed: bool,
-    /// A wait for an event or interrupt was reached.
-    waits: bool,
-    /// The event register.
-    event: bool,
-    /// Something is pending that only the masks hold back.
-    watch_masks: bool,
-    instructions: u64,
-    /// For each half-word of bank 1: size of the block that begins there (upper 16 bits), and its instructions.
-    blocks: Vec<u32>,
-    program: Vec<u8>,
-}
-
 /// A processor with its chip.
 pub struct Machine {
     cpu: Unicorn<'static, State>,
@@ -371,201 +336,9 @@ impl Machine {
         }
     }
 
-    fn masks(&self) -> Masks {
-        Masks {
-            primask: self.get(Reg::PRIMASK) & 1 != 0,
-            faultmask: self.get(Reg::FAULTMASK) & 1 != 0,
-            basepri: self.get(Reg::BASEPRI) as u8,
-        }
-    }
-
-    /// Takes the most urgent exception, if one is to be taken now.
-    fn take_exception(&mut self) -> bool {
-        let Some(exception) = self.chip().nvic.preempting() else {
-            self.cpu.get_data_mut().watch_masks = false;
-            return false;
-        };
-        // A wait for an interrupt ends even where masks hold it back.
-        if self.chip().nvic.masked(exception, self.masks()) {
-            self.cpu.get_data_mut().watch_masks = true;
-            return false;
-        }
-        self.cpu.get_data_mut().watch_masks = false;
-        if self.get(Reg::XPSR) as u32 & XPSR_IT != 0 {
-            // In the middle of an IT block: one block of instructions later it is over.
-            let now = self.chip().now;
-            self.execute(now);
-            return true;
-        }
-        self.enter(exception);
-        true
-    }
-
-    fn enter(&mut self, exception: Exception) {
-        let floats = self.get(Reg::CONTROL) & FPCA != 0;
-        let before = self.get(Reg::SP) as u32;
-        let aligned = before & 4 != 0;
-        let words = if floats { FRAME_WITH_FLOATS } else { FRAME };
-        let stack = (before & !7).wrapping_sub(4 * words);
-        let current = self.chip().nvic.current();
-        let mut frame: Vec<u32> = [Reg::R0, Reg::R1, Reg::R2, Reg::R3, Reg::R12, Reg::LR]
-            .into_iter()
-            .map(|reg| self.get(reg) as u32)
-            .collect();
-        let xpsr = self.get(Reg::XPSR) as u32 & !0x1FF & !XPSR_ALIGNED;
-        frame.push(self.pc);
-        frame.push(xpsr | XPSR_THUMB | current as u32 | if aligned { XPSR_ALIGNED } else { 0 });
-        if floats {
-            for index in 0..8 {
-                let double = self.cpu.reg_read(Reg::D0 as i32 + index).expect("a register of the FPU");
-                frame.extend([double as u32, (double >> 32) as u32]);
-            }
-            frame.extend([self.get(Reg::FPSCR) as u32, 0]);
-        }
-        let bytes: Vec<u8> = frame.iter().flat_map(|word| word.to_le_bytes()).collect();
-        // Where there is no memory the frame is lost, and the handler's first push is the next fault.
-        let _ = self.cpu.mem_write(u64::from(stack), &bytes);
-        self.set(Reg::SP, u64::from(stack));
-        let return_code: u32 = if self.chip().nvic.depth() == 0 { 0xFFFF_FFF9 } else { 0xFFFF_FFF1 };
-        self.set(Reg::LR, u64::from(if floats { return_code & !0x10 } else { return_code }));
-        if floats {
-            let control = self.get(Reg::CONTROL);
-            self.set(Reg::CONTROL, control & !FPCA);
-        }
-        let vector = self.chip().nvic.vector_table() + 4 * exception as u32;
-        self.pc = self.word(vector) & !1;
-        self.asleep = false;
-        let state = self.cpu.get_data_mut();
-        state.event = true;
-        let spent = EXCEPTION_CLOCKS * state.chip.rcc.core_period();
-        state.chip.now += spent;
-        state.chip.nvic.enter(exception);
-        self.busy += spent;
-        self.deepest_nesting = self.deepest_nesting.max(self.chip().nvic.depth());
-    }
-
-    fn return_from_exception(&mut self) {
-        let floats = self.pc & 0x10 == 0;
-        let stack = self.get(Reg::SP) as u32;
-        let words = if floats { FRAME_WITH_FLOATS } else { FRAME };
-        let Ok(bytes) = self.cpu.mem_read_as_vec(u64::from(stack), 4 * words as usize) else {
-            self.locked_up = true;
-            return;
-        };
-        let frame: Vec<u32> =
-            bytes.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect();
-        for (register, value) in
-            [Reg::R0, Reg::R1, Reg::R2, Reg::R3, Reg::R12, Reg::LR].into_iter().zip(frame.iter().copied())
-        {
-            self.set(register, u64::from(value));
-        }
-        let xpsr = frame[7];
-        if floats {
-            for index in 0..8 {
-                let double = u64::from(frame[8 + 2 * index]) | u64::from(frame[9 + 2 * index]) << 32;
-                self.cpu.reg_write(Reg::D0 as i32 + index as i32, double).expect("a register of the FPU");
-            }
-            self.set(Reg::FPSCR, u64::from(frame[24]));
-        }
-        let control = self.get(Reg::CONTROL);
-        self.set(Reg::CONTROL, if floats { control | FPCA } else { control & !FPCA });
-        self.set(Reg::XPSR_NZCVQG, u64::from(xpsr & !0x1FF & !XPSR_ALIGNED));
-        self.set(Reg::SP, u64::from(stack + 4 * words + if xpsr & XPSR_ALIGNED != 0 { 4 } else { 0 }));
-        self.pc = frame[6] & !1;
-        let state = self.cpu.get_data_mut();
-        state.event = true;
-        let spent = EXCEPTION_CLOCKS * state.chip.rcc.core_period();
-        state.chip.now += spent;
-        state.chip.nvic.leave();
-        state.chip.update_lines();
-        self.busy += spent;
-    }
-
-    fn fault(&mut self, error: uc_error) {
-        let what = format!("{error:?} at 0x{:08X}, called from 0x{:08X}", self.pc, self.get(Reg::LR));
-        if self.faults.len() < 20 {
-            self.faults.push(what);
-        }
-        if !self.chip().nvic.can_fault() {
-            self.locked_up = true;
-            return;
-        }
-        let cfsr = match error {
-            uc_error::INSN_INVALID | uc_error::EXCEPTION => UNDEFINED,
-            _ => PRECISE,
-        };
-        self.chip_mut().nvic.note_fault(cfsr);
-        self.enter(HARD_FAULT);
-    }
-
     /// Priority of an interrupt, 0 to 15, as the program has set it.
     #[must_use]
     pub fn priority(&self, interrupt: usize) -> u8 {
         self.chip().nvic.priority(interrupt)
-    }
-}
-
-const _: () = assert!(FIRST_INTERRUPT == 16);
-
-fn block(cpu: &mut Unicorn<'_, State>, address: u64, size: u32) {
-    let state = cpu.get_data_mut();
-    if state.progressed {
-        let mut stops = state.chip.now >= state.stop_at;
-        if !stops && state.watch_masks {
-            let masks = Masks {
-                primask: cpu.reg_read(Reg::PRIMASK).unwrap_or(0) & 1 != 0,
-                faultmask: cpu.reg_read(Reg::FAULTMASK).unwrap_or(0) & 1 != 0,
-                basepri: cpu.reg_read(Reg::BASEPRI).unwrap_or(0) as u8,
-            };
-            let nvic = &cpu.get_data().chip.nvic;
-            stops = nvic.preempting().is_some_and(|exception| !nvic.masked(exception, masks));
-        }
-        if stops {
-            let _ = cpu.emu_stop();
-            return;
-        }
-    }
-    let state = cpu.get_data_mut();
-    state.progressed = true;
-    let count = u64::from(state.instructions_of(address as u32, size));
-    state.instructions += count;
-    state.chip.now += count * state.clock;
-}
-
-impl State {
-    fn instructions_of(&mut self, address: u32, size: u32) -> u32 {
-        let Some(place) = address.checked_sub(BANK_1).map(|offset| offset as usize) else { return 1 };
-        let Some(known) = self.blocks.get_mut(place / 2) else { return 1 };
-        if *known >> 16 == size {
-            return *known & 0xFFFF;
-        }
-        let mut count = 0;
-        let mut at = place;
-        while at < place + size as usize && at + 1 < self.program.len() {
-            // Thumb-2: five highest bits 0b11101 and above begin a long instruction.
-            at += if self.program[at + 1] >> 3 >= 0b11101 { 4 } else { 2 };
-            count += 1;
-        }
-        *known = size << 16 | count;
-        count
-    }
-}
-
-fn read(state: &mut State, address: u32, size: usize) -> u64 {
-    const FLASH_SR: u32 = 0x4002_2010;
-    if address == FLASH_SR
-        && let Some(ends) = state.chip.flash.busy_until()
-    {
-        // The program polls: what it does until something happens is known.
-        state.chip.now = state.chip.now.max(ends.min(state.stop_at));
-    }
-    u64::from(state.chip.read(address, size))
-}
-
-fn write(state: &mut State, address: u32, size: usize, value: u32) {
-    state.chip.write(address, size, value);
-    let harmless = (MESSAGE_RAM..MESSAGE_RAM + MESSAGE_RAM_SIZE).contains(&address);
-    if !harmless {
-        state.stop_at = 0;
     }
 }
