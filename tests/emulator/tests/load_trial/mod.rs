@@ -55,8 +55,9 @@ pub fn run(impacts: u32, mut progress: impl FnMut(u32)) -> (Outcome, Lab) {
     lab.client.nmt(Nmt::Start, NODE).unwrap();
     lab.run_ms(20);
     let bus = lab.emulator().bus().clone();
-    // Identifiers less urgent than alarm and emergency, more urgent than the sensor's answers, and none that it uses.
-    bus.attach_traffic("others", Traffic { identifiers: 0x3B0..=0x47F, ..Traffic::with_load(0.9) });
+    // Identifiers less urgent than alarm and emergency, more urgent than the sensor's answers, and none that it uses: two
+    // nodes that send under one identifier drive each other off the bus.
+    bus.attach_traffic("others", Traffic { identifiers: 0x421..=0x47F, ..Traffic::with_load(0.9) });
     lab.run_ms(50);
     let (began, statistics) = (lab.now(), bus.statistics());
     let (busy, wear) = (lab.emulator().machine().busy(), lab.emulator().chip().flash.wear());
