@@ -83,7 +83,7 @@ mod tests {
         let program = Program::open(&std::env::current_exe().unwrap()).unwrap();
         let base = program.0.relative_address_base();
         // The file's address of a function is its address here less where the program was loaded.
-        let symbol = known_to_the_debug_information as usize as u64;
+        let symbol = known_to_the_debug_information as *const () as u64;
         let start = std::fs::read_to_string("/proc/self/maps").unwrap();
         let loaded = u64::from_str_radix(start.split('-').next().unwrap(), 16).unwrap();
         let lines = program.at(symbol - loaded + base + 2).unwrap();
