@@ -12,9 +12,7 @@ use super::bit_stream::{BitStream, INTERMISSION, RECESSIVE_TAIL, TAIL};
 use super::error_counters::ErrorCounters;
 use super::host_port::Arrival;
 use super::traffic::Generator;
-use super::{
-    Attempt, BitRate, ControllerSettings, Disturbance, Outcome, SeenError, SendingOrder, Statistics, Traffic,
-};
+use super::{Attempt, BitRate, ControllerSettings, Disturbance, Outcome, SeenError, SendingOrder, Statistics, Traffic};
 
 /// Recessive bits that prove the bus free.
 const FREE: u64 = 11;
