@@ -1,6 +1,6 @@
 //! Everything of the STM32G474 around the processor that the firmware touches.
 //!
-//! Time moves in [`Chip::advance`], to instants that [`Chip::next_event`] names. Registers are read and written at the
+//! Time moves in `advance`, to instants that [`Chip::next_event`] names. Registers are read and written at the
 //! processor's present; a write may bring an event nearer, so after each the processor looks again.
 
 pub mod adc;
