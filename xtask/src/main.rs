@@ -5,6 +5,7 @@
 mod addresses;
 mod dictionary;
 mod mechanisms;
+mod emulator;
 mod packages;
 mod python;
 mod qemu;
@@ -22,6 +23,7 @@ Chores:
   test                 format, lints, documentation and all tests; installs what they need into target/
   target               find a compiler for the board's processor, or install it
   size                 build the firmware for the board; its flash and memory beside the budget
+  emulator             run the firmware's ELF file on an emulated board, with all its tests
   qemu                 the logic on a Cortex-M4F in QEMU: the desktop's events bit for bit, instructions a sample
   where ADDRESS...     the places in the source that the addresses of a panic record mean
   dictionary           write docs/can/ (EDS, DBC, object table) from the firmware's object dictionary
@@ -40,6 +42,7 @@ fn main() -> ExitCode {
             }
         }),
         Some("size") => target::toolchain().and_then(|found| found.map_or(Ok(()), size::run)),
+        Some("emulator") => target::toolchain().and_then(|found| found.map_or(Ok(()), emulator::run)),
         Some("qemu") => target::toolchain().and_then(|found| found.map_or(Ok(()), qemu::run)),
         Some("where") => addresses::run(&arguments.collect::<Vec<_>>()),
         Some("tables") => test::tables(),
