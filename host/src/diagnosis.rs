@@ -9,6 +9,7 @@
 //! [`diagnose`] goes the whole way; [`Diagnosis`] is what it found. The contract of files, JSON and verdicts is
 //! `docs/diagnosis.md`. The physics is that of `thud_sim::mechanism`, one file each; nothing here knows a mechanism's equation.
 
+pub mod advice;
 pub mod answer;
 pub mod candidate;
 pub mod evaluation;
@@ -171,10 +172,12 @@ pub fn diagnose(
     let nominal = Fit::run(&problem, layout.clone(), start, &all, Effort::NOMINAL).ok_or_else(impossible)?;
     let baseline = Fit::run(&problem, layout, nominal.point.clone(), &all, Effort::FULL).ok_or_else(impossible)?;
     let seen = Layout { offsets_as_seen: true, ..baseline.layout.clone() };
-    let located = Fit::run(&problem, seen, baseline.point.clone(), &all, Effort::AGAIN).unwrap_or_else(|| baseline.clone());
+    let located =
+        Fit::run(&problem, seen, baseline.point.clone(), &all, Effort::AGAIN).unwrap_or_else(|| baseline.clone());
     let lines = |fit: &Fit| fit.lines_hz(&problem);
     let selection = select(&problem, baseline, &mechanisms, &lines, progress).ok_or_else(impossible)?;
-    let map = verdict::remains(&selection).then(|| rest::map(&problem, &selection.best.fit, &selection.tangent)).flatten();
+    let map =
+        verdict::remains(&selection).then(|| rest::map(&problem, &selection.best.fit, &selection.tangent)).flatten();
     progress("recordings left out");
     let baseline_held_out = held_out::held_out(&problem, &selection.baseline);
     let held_out = if selection.best.fit.layout.entrants.is_empty() {

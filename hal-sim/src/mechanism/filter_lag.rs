@@ -30,7 +30,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (20.0, 2000.0),
             typical: 150.0,
             scale: Scale::Logarithmic,
-            search: Search::Strength,
+            search: Search::OneOf(&[60.0, 150.0, 400.0, 1000.0]),
         },
         Parameter {
             name: "poles",

@@ -156,7 +156,7 @@ pub fn answer(diagnosis: &Diagnosis) -> Answer {
         },
         rejected: words::rejected(diagnosis),
         unexplained: unexplained(diagnosis, held_out),
-        advice: Vec::new(),
+        advice: super::advice::advice(problem, selection),
     }
 }
 

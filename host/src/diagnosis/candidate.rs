@@ -5,11 +5,13 @@
 
 use thud_sim::mechanism::{Effect, Mechanism, Scale, Search};
 
-use super::fit::Fit;
 use super::problem::Problem;
 
 /// The most starts of a mechanism.
 const MOST_STARTS: usize = 24;
+
+/// The part of the likely values that a strength of either sign is tried with.
+const SMALL_PART: f64 = 0.03;
 
 /// How far the recordings reach, each sorted upwards.
 #[derive(Clone, Debug)]
@@ -32,7 +34,7 @@ pub struct Reach {
 impl Reach {
     /// From what the recordings show: their peaks over the springs' stiffness.
     #[must_use]
-    pub fn of(problem: &Problem, fit: &Fit, lines_hz: Vec<f64>) -> Self {
+    pub fn of(problem: &Problem, lines_hz: Vec<f64>) -> Self {
         let rig = crate::model::simulated(&problem.rig);
         let ideal_n = |number: usize| {
             let recording = &problem.recordings[number];
@@ -48,7 +50,6 @@ impl Reach {
                 },
             )
         };
-        let _ = fit;
         let sorted = |mut values: Vec<f64>| {
             values.sort_by(f64::total_cmp);
             values
@@ -116,17 +117,21 @@ impl Reach {
         match parameter.search {
             Search::Held | Search::EachImpact | Search::Typical => Vec::new(),
             Search::OneOf(values) | Search::Whole(values) => values.to_vec(),
-            Search::Strength => {
-                // A finite strength that is neither lost in rounding nor another regime: a third up its likely values.
-                vec![spaced(3, low, high)[usize::from(parameter.scale == Scale::Linear) * 2]]
-            }
+            // A finite strength that is neither lost in rounding nor another regime: a sixth up its likely values on a scale of ratios,
+            // and on one of differences, where it may have either sign, little.
+            Search::Strength if parameter.scale == Scale::Linear => vec![SMALL_PART * high.abs().max(low.abs())],
+            Search::Strength => vec![spaced(3, low, high)[0]],
             Search::Plausible => spaced(if parameter.scale == Scale::Linear { 2 } else { 4 }, low, high),
             Search::OfStroke => parts(&self.strokes_m, &[0.1, 0.3, 0.5, 0.7, 0.85, 0.95]),
             Search::OfDepth => parts(&self.depths_m, &[1.1, 1.6, 3.0]),
             Search::OfPeak => parts(&self.peaks_n, &[0.06, 0.15, 0.35, 0.6, 0.8, 0.93]),
             Search::OfContactTime => {
                 let middle = self.contact_times_s[self.contact_times_s.len() / 2];
-                [0.1, 0.3, 1.0, 5.0].iter().map(|part| part * middle).filter(|t| *t > 0.3 * low && *t < 3.0 * high).collect()
+                [0.1, 0.3, 1.0, 5.0]
+                    .iter()
+                    .map(|part| part * middle)
+                    .filter(|t| *t > 0.3 * low && *t < 3.0 * high)
+                    .collect()
             }
             Search::Resonance => {
                 let stiffness = self.body_n_per_m + self.pad_n_per_m.unwrap_or(0.0);
@@ -144,7 +149,8 @@ impl Reach {
                 values
             }
             Search::OfLines => {
-                let mut values: Vec<f64> = self.lines_hz.iter().copied().filter(|f| *f > low && *f < high).take(2).collect();
+                let mut values: Vec<f64> =
+                    self.lines_hz.iter().copied().filter(|f| *f > low && *f < high).take(2).collect();
                 values.extend(spaced(3, low, high));
                 values
             }

@@ -149,9 +149,16 @@ impl Fit {
             all[*recording] = values;
         }
         let residuals: Vec<Vec<f64>> = (0..problem.recordings.len())
-            .map(|recording| if all[recording].is_empty() { Vec::new() } else { whitened_residual(problem, recording, &all[recording]) })
+            .map(|recording| {
+                if all[recording].is_empty() {
+                    Vec::new()
+                } else {
+                    whitened_residual(problem, recording, &all[recording])
+                }
+            })
             .collect();
-        let cost = residuals.iter().flatten().map(|r| robust(*r)).sum::<f64>() + prior_cost(problem, &layout, &point, part);
+        let cost =
+            residuals.iter().flatten().map(|r| robust(*r)).sum::<f64>() + prior_cost(problem, &layout, &point, part);
         Some(Self { layout, point, cost, residuals, model: all })
     }
 
@@ -212,11 +219,18 @@ impl Fit {
             if !touched {
                 continue;
             }
-            let column = stepped(coordinate.step, coordinate.range, self.point.globals[place], |step| {
+            let quotient = |step: f64| {
                 let mut moved = self.point.clone();
                 moved.globals[place] += step;
                 difference(&moved, step)
-            })?;
+            };
+            let mut column = stepped(coordinate.step, coordinate.range, self.point.globals[place], quotient)?;
+            // Stiffnesses in series and a mass nearly imitate each other: the bend of a one-sided difference would tell them apart.
+            if place < layout.of_rig
+                && let Some(other) = quotient(-coordinate.step)
+            {
+                column.iter_mut().zip(&other).for_each(|(a, b)| *a = 0.5 * (*a + b));
+            }
             global.column_mut(place).copy_from_slice(&column);
             if coordinate.role == Role::Body {
                 body = Some(place);
@@ -240,12 +254,26 @@ impl Fit {
                     whiten(problem, &mut column);
                     column
                 }
-                Role::Mechanism { entrant, .. } if !layout.entrants[entrant].scope.includes(recording, configuration) => continue,
-                _ => stepped(coordinate.step, coordinate.range, self.point.locals[recording][place], |step| {
-                    let mut moved = self.point.clone();
-                    moved.locals[recording][place] += step;
-                    difference(&moved, step)
-                })?,
+                Role::Mechanism { entrant, .. }
+                    if !layout.entrants[entrant].scope.includes(recording, configuration) =>
+                {
+                    continue;
+                }
+                _ => {
+                    let quotient = |step: f64| {
+                        let mut moved = self.point.clone();
+                        moved.locals[recording][place] += step;
+                        difference(&moved, step)
+                    };
+                    let mut column =
+                        stepped(coordinate.step, coordinate.range, self.point.locals[recording][place], quotient)?;
+                    if coordinate.role == Role::Speed
+                        && let Some(other) = quotient(-coordinate.step)
+                    {
+                        column.iter_mut().zip(&other).for_each(|(a, b)| *a = 0.5 * (*a + b));
+                    }
+                    column
+                }
             };
             local.column_mut(place).copy_from_slice(&column);
         }
@@ -264,7 +292,14 @@ impl Fit {
     }
 
     /// One step that makes the cost smaller. `None`: there is none.
-    fn improve(&self, problem: &Problem, tangent: &Tangent, part: Part<'_>, effort: Effort, damping: &mut f64) -> Option<Self> {
+    fn improve(
+        &self,
+        problem: &Problem,
+        tangent: &Tangent,
+        part: Part<'_>,
+        effort: Effort,
+        damping: &mut f64,
+    ) -> Option<Self> {
         let (gradient, local_gradients) = self.gradients(problem, tangent, part);
         let mut weighted = tangent.clone();
         if !effort.nuisances {
@@ -473,12 +508,15 @@ impl Tangent {
         ridge(&mut schur, damping);
         let mut blocks = Vec::with_capacity(parts.len());
         for (_, cross, local) in parts {
-            let local_scale =
-                DVector::from_iterator(local.ncols(), (0..local.ncols()).map(|place| unit_scale(local[(place, place)])));
+            let local_scale = DVector::from_iterator(
+                local.ncols(),
+                (0..local.ncols()).map(|place| unit_scale(local[(place, place)])),
+            );
             let mut local = scaled(&local, &local_scale, &local_scale);
             ridge(&mut local, damping);
             let local = local.cholesky()?;
-            let cross = if globals { scaled(&cross, &scale, &local_scale) } else { DMatrix::zeros(count, local_scale.len()) };
+            let cross =
+                if globals { scaled(&cross, &scale, &local_scale) } else { DMatrix::zeros(count, local_scale.len()) };
             if globals {
                 schur -= &cross * local.solve(&cross.transpose());
             }

@@ -63,7 +63,8 @@ pub fn held_out(problem: &Problem, fit: &Fit) -> HeldOut {
     let count = problem.recordings.len();
     let mut shown = HeldOut { rmse: vec![0.0; count], model: vec![Vec::new(); count], cost: vec![0.0; count] };
     for fold in 0..FOLDS.min(count) {
-        let part = |kept: bool| -> Vec<usize> { (0..count).filter(|number| (folds[*number] != fold) == kept).collect() };
+        let part =
+            |kept: bool| -> Vec<usize> { (0..count).filter(|number| (folds[*number] != fold) == kept).collect() };
         let (train, left_out) = (part(true), part(false));
         let fitted = if train.is_empty() {
             Some(fit.clone())
@@ -96,7 +97,8 @@ pub fn held_out(problem: &Problem, fit: &Fit) -> HeldOut {
             let values = again.as_ref().and_then(|again| predict::raw(problem, &again.layout, &again.point, number));
             let values = values.unwrap_or_else(|| fit.model[number].clone());
             shown.rmse[number] = rmse(&problem.recordings[number].raw.values, &values);
-            shown.cost[number] = again.as_ref().map_or(fit.recording_cost(number), |again| again.recording_cost(number));
+            shown.cost[number] =
+                again.as_ref().map_or(fit.recording_cost(number), |again| again.recording_cost(number));
             shown.model[number] = values;
         }
     }

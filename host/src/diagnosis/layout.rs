@@ -246,7 +246,11 @@ impl Layout {
             let known = |role: Role| match role {
                 Role::Mechanism { entrant, place } => {
                     let mine = &self.entrants[entrant];
-                    other.entrants.iter().position(|them| them.is_same_as(mine)).map(|entrant| Role::Mechanism { entrant, place })
+                    other
+                        .entrants
+                        .iter()
+                        .position(|them| them.is_same_as(mine))
+                        .map(|entrant| Role::Mechanism { entrant, place })
                 }
                 role => Some(role),
             };
@@ -278,9 +282,10 @@ impl Layout {
                 let relative = if speed.value == 0.0 { 0.0 } else { speed.sd / speed.value.abs() };
                 Some((0.0, relative.max(LEAST_SD)))
             }
-            Role::Offset(channel) if self.offsets_as_seen => {
-                Some((problem.recordings[recording].offset_guess[channel], 1e-3 * problem.channels[channel].noise.rms()))
-            }
+            Role::Offset(channel) if self.offsets_as_seen => Some((
+                problem.recordings[recording].offset_guess[channel],
+                1e-3 * problem.channels[channel].noise.rms(),
+            )),
             _ => coordinate.prior,
         }
     }
@@ -306,12 +311,7 @@ impl Layout {
     }
 }
 
-fn mechanism_coordinate(
-    problem: &Problem,
-    mechanism: &'static Mechanism,
-    entrant: usize,
-    place: usize,
-) -> Coordinate {
+fn mechanism_coordinate(problem: &Problem, mechanism: &'static Mechanism, entrant: usize, place: usize) -> Coordinate {
     let parameter = &mechanism.parameters[place];
     let (low, high) = parameter.range;
     let (likely_low, likely_high) = parameter.plausible;

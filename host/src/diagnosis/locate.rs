@@ -162,7 +162,9 @@ pub fn locate(problem: &Problem, fit: &Fit) -> Vec<Place> {
                     smooth[row][number] += square;
                 }
                 let hz = order as f64 / (2.0 * length_s);
-                if let Some(band) = (0..BANDS_HZ.len() - 1).find(|band| hz >= BANDS_HZ[*band] && hz < BANDS_HZ[band + 1]) {
+                if let Some(band) =
+                    (0..BANDS_HZ.len() - 1).find(|band| hz >= BANDS_HZ[*band] && hz < BANDS_HZ[band + 1])
+                {
                     bands[row][band] += square;
                 }
             }
@@ -201,6 +203,45 @@ pub fn locate(problem: &Problem, fit: &Fit) -> Vec<Place> {
     }
     places.sort_by(|a, b| b.share.total_cmp(&a.share));
     places
+}
+
+/// The phase of one recording that differs most from a fit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Alone {
+    /// The recording.
+    pub recording: usize,
+    /// Sum of squares over its smooth forms, less their number.
+    pub excess: f64,
+    /// Probability of that much under the right model, for all that was looked at.
+    pub p_value: f64,
+}
+
+/// What one recording alone says against a fit: the omnibus test looks for what many share.
+#[must_use]
+pub fn alone(problem: &Problem, fit: &Fit) -> Alone {
+    let mut most = Alone { recording: 0, excess: 0.0, p_value: 1.0 };
+    for (number, recording) in problem.recordings.iter().enumerate() {
+        let course = Course::of(problem, fit, number);
+        for phase in Phase::ALL {
+            let residual: Vec<f64> = recording
+                .times_s
+                .iter()
+                .zip(&fit.residuals[number])
+                .filter(|(time, _)| course.phase(**time) == phase)
+                .map(|(_, residual)| *residual)
+                .collect();
+            if residual.len() < 2 * FORMS {
+                continue;
+            }
+            let squares: f64 = cosines(&residual).iter().take(FORMS).map(|line| line * line).sum();
+            let sum = Sum { squares, forms: FORMS };
+            if sum.excess() > most.excess {
+                let looked = (Phase::ALL.len() * problem.recordings.len()) as f64;
+                most = Alone { recording: number, excess: sum.excess(), p_value: (sum.p() * looked).min(1.0) };
+            }
+        }
+    }
+    most
 }
 
 /// Coefficients of the orthonormal cosines (the discrete cosine transform, type II), as many as there are samples, up to the last

@@ -55,8 +55,7 @@ impl Noise {
         if variance <= 0.0 {
             return None;
         }
-        let white =
-            Self { coefficients: Vec::new(), innovation: variance.sqrt(), rms: variance.sqrt(), samples };
+        let white = Self { coefficients: Vec::new(), innovation: variance.sqrt(), rms: variance.sqrt(), samples };
         if !coloured || samples < ORDER * SAMPLES_PER_COEFFICIENT {
             return Some(white);
         }

@@ -57,7 +57,8 @@ pub fn omnibus(problem: &Problem, fit: &Fit, tangent: &Tangent) -> Omnibus {
         })
         .collect();
     // By Gram and Schmidt's rule, forms that the others or the coordinates already hold left out.
-    let residual = DVector::from_iterator(fit.residuals.iter().map(Vec::len).sum(), fit.residuals.iter().flatten().copied());
+    let residual =
+        DVector::from_iterator(fit.residuals.iter().map(Vec::len).sum(), fit.residuals.iter().flatten().copied());
     let mut basis: Vec<DVector<f64>> = Vec::new();
     let mut sum = 0.0;
     for (mut form, whole) in projected {
@@ -120,7 +121,11 @@ fn form(problem: &Problem, fit: &Fit, weights: &[f64], shape: impl Fn(f64, f64) 
             let last_s = recording.times_s[recording.times_s.len() - 1];
             let mut values: Vec<f64> = Vec::with_capacity(recording.rows());
             for channel in 0..problem.channels.len() {
-                let size = if channel == 0 { 1.0 } else { problem.channels[channel].noise.rms() / problem.channels[0].noise.rms() };
+                let size = if channel == 0 {
+                    1.0
+                } else {
+                    problem.channels[channel].noise.rms() / problem.channels[0].noise.rms()
+                };
                 values.extend(recording.times_s.iter().map(|time| {
                     let along = (time - from_s) / (to_s - from_s);
                     let tail = ((time - to_s) / (last_s - to_s).max(1e-9)).clamp(0.0, 1.0);
@@ -136,5 +141,9 @@ fn form(problem: &Problem, fit: &Fit, weights: &[f64], shape: impl Fn(f64, f64) 
 fn centred(values: Vec<f64>) -> Vec<f64> {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     let spread = (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt();
-    if spread <= 1e-9 * mean.abs() { vec![0.0; values.len()] } else { values.iter().map(|value| (value - mean) / spread).collect() }
+    if spread <= 1e-9 * mean.abs() {
+        vec![0.0; values.len()]
+    } else {
+        values.iter().map(|value| (value - mean) / spread).collect()
+    }
 }

@@ -24,7 +24,13 @@ pub fn strike(problem: &Problem, layout: &Layout, point: &Point, recording: usiz
     strike_until(problem, layout, point, recording, until_s)
 }
 
-fn strike_until(problem: &Problem, layout: &Layout, point: &Point, recording: usize, until_s: f64) -> Result<Impact, RigError> {
+fn strike_until(
+    problem: &Problem,
+    layout: &Layout,
+    point: &Point,
+    recording: usize,
+    until_s: f64,
+) -> Result<Impact, RigError> {
     let prepared = &problem.recordings[recording];
     let mut rig: Rig = model::simulated(&problem.rig);
     let mut speed = prepared.speed.value;
@@ -56,10 +62,21 @@ fn strike_until(problem: &Problem, layout: &Layout, point: &Point, recording: us
 }
 
 /// Reads from the simulated motion what the channels show at the recording's instants, all series one after the other.
-pub fn read(problem: &Problem, layout: &Layout, point: &Point, recording: usize, impact: &Impact, shift_s: f64) -> Vec<f64> {
+pub fn read(
+    problem: &Problem,
+    layout: &Layout,
+    point: &Point,
+    recording: usize,
+    impact: &Impact,
+    shift_s: f64,
+) -> Vec<f64> {
     let prepared = &problem.recordings[recording];
     let local = |wanted: Role| {
-        layout.locals.iter().position(|coordinate| coordinate.role == wanted).map(|place| point.locals[recording][place])
+        layout
+            .locals
+            .iter()
+            .position(|coordinate| coordinate.role == wanted)
+            .map(|place| point.locals[recording][place])
     };
     let contact_s = local(Role::Contact).unwrap_or(prepared.contact_guess_s) + shift_s;
     let since_s: Vec<f64> = prepared.times_s.iter().map(|time| time - contact_s).collect();

@@ -19,16 +19,12 @@ const SAMPLES_PER_CONTACT: f64 = 110.0;
 const KEPT_RATE_HZ: f64 = 5_000.0;
 /// Quiet kept before contact, s: enough for the offset and for a period of the mains.
 const QUIET_S: f64 = 0.05;
-/// Kept after contact: this many contact times, and at least [`TAIL_S`].
-const TAIL_CONTACTS: f64 = 8.0;
-/// See [`TAIL_CONTACTS`], s.
-const TAIL_S: f64 = 0.35;
 /// Fewer samples in a contact do not show its form.
 const FEWEST_PER_CONTACT: f64 = 8.0;
 /// Quiet time left out before the guessed contact, in contact times.
 const GUARD: f64 = 0.05;
 /// The most samples of a recording that are fitted.
-const MOST_SAMPLES: usize = 6_000;
+const MOST_SAMPLES: usize = 4_000;
 
 /// Everything that is fitted.
 #[derive(Debug)]
@@ -303,8 +299,8 @@ impl Raw<'_> {
         let (from_s, to_s) = if fall {
             (f64::NEG_INFINITY, f64::INFINITY)
         } else {
-            let tail = (TAIL_CONTACTS * self.contact_time_s).max(TAIL_S);
-            (contact_guess_s - QUIET_S.max(self.contact_time_s), contact_guess_s + self.contact_time_s + tail)
+            // All that follows: a robot that goes on pushing comes back late.
+            (contact_guess_s - QUIET_S.max(self.contact_time_s), f64::INFINITY)
         };
         let first = self.times_s.partition_point(|time| *time < from_s);
         let last = self.times_s.partition_point(|time| *time <= to_s);
@@ -348,7 +344,8 @@ impl Raw<'_> {
             mean_of_s2: ((n * n - 1) as f64) * self.interval_s * self.interval_s / 24.0,
             quiet_rms: (quiet_end >= 12 && !fall).then(|| {
                 let stretch = &self.channels[0][..quiet_end];
-                (stretch.iter().map(|value| (value - offset_guess[0]).powi(2)).sum::<f64>() / (quiet_end - 1) as f64).sqrt()
+                (stretch.iter().map(|value| (value - offset_guess[0]).powi(2)).sum::<f64>() / (quiet_end - 1) as f64)
+                    .sqrt()
             }),
             offset_guess: if fall { self.channels.iter().map(|channel| channel[0]).collect() } else { offset_guess },
             even,

@@ -69,10 +69,8 @@ pub fn map(problem: &Problem, fit: &Fit, tangent: &Tangent) -> Option<Map> {
         sum / samples.max(1) as f64
     };
     let without = square_of(None);
-    let (ridge, with) = RIDGES
-        .into_iter()
-        .map(|ridge| (ridge, square_of(Some(ridge))))
-        .min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let (ridge, with) =
+        RIDGES.into_iter().map(|ridge| (ridge, square_of(Some(ridge)))).min_by(|a, b| a.1.total_cmp(&b.1))?;
     let coefficients = solve(fit, tangent, &forms, &all, ridge)?;
     Some(Map {
         added: all.iter().map(|number| sum_of(&forms, &coefficients, *number, false)).collect(),
@@ -150,7 +148,8 @@ fn forms(problem: &Problem, fit: &Fit) -> Option<Vec<Form>> {
         .map(|number| {
             let impact = predict::strike(problem, &fit.layout, &fit.point, number).ok()?;
             let course = Course::of(problem, fit, number);
-            let since: Vec<f64> = problem.recordings[number].times_s.iter().map(|time| time - course.contact_s).collect();
+            let since: Vec<f64> =
+                problem.recordings[number].times_s.iter().map(|time| time - course.contact_s).collect();
             Some(Seen {
                 position: impact.sample(Quantity::Position, &since),
                 velocity: impact.sample(Quantity::Velocity, &since),
@@ -268,13 +267,20 @@ fn formula(problem: &Problem, fit: &Fit, tangent: &Tangent, forms: &[Form]) -> S
         few.iter()
             .zip(coefficients.iter())
             .map(|(form, c)| {
-                c * form.whitened.iter().zip(&fit.residuals).flat_map(|(f, r)| f.iter().zip(r)).map(|(f, r)| f * r).sum::<f64>()
+                c * form
+                    .whitened
+                    .iter()
+                    .zip(&fit.residuals)
+                    .flat_map(|(f, r)| f.iter().zip(r))
+                    .map(|(f, r)| f * r)
+                    .sum::<f64>()
             })
             .sum()
     };
     let named: Vec<usize> = (0..forms.len()).filter(|place| !forms[*place].name.is_empty()).collect();
     let whole = gain(&(0..forms.len()).collect::<Vec<_>>());
-    let Some((one, first)) = named.iter().map(|place| (*place, gain(&[*place]))).max_by(|a, b| a.1.total_cmp(&b.1)) else {
+    let Some((one, first)) = named.iter().map(|place| (*place, gain(&[*place]))).max_by(|a, b| a.1.total_cmp(&b.1))
+    else {
         return String::new();
     };
     if first > 0.8 * whole {
@@ -286,7 +292,9 @@ fn formula(problem: &Problem, fit: &Fit, tangent: &Tangent, forms: &[Form]) -> S
         .map(|place| (*place, gain(&[one, *place])))
         .max_by(|a, b| a.1.total_cmp(&b.1));
     match second {
-        Some((two, both)) if both > 0.5 * whole => format!("{} and {} (stroke x, its rate v)", forms[one].name, forms[two].name),
+        Some((two, both)) if both > 0.5 * whole => {
+            format!("{} and {} (stroke x, its rate v)", forms[one].name, forms[two].name)
+        }
         _ => "no formula of two terms in stroke and speed; it has a memory, or depends on time".to_owned(),
     }
 }

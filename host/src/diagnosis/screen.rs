@@ -10,8 +10,8 @@
 //!
 //! Source: score (Lagrange multiplier) test, C. R. Rao, Proc. Camb. Phil. Soc. 44 (1948) 50.
 
-use rayon::prelude::*;
 use nalgebra::DVector;
+use rayon::prelude::*;
 use thud_sim::mechanism::{Effect, Group, Mechanism, Search};
 
 use super::candidate::Reach;
@@ -54,10 +54,8 @@ pub fn screen(
     mechanisms: &[&'static Mechanism],
 ) -> Vec<Screened> {
     let Some(normal) = tangent.normal(0.0) else { return Vec::new() };
-    let starts: Vec<(usize, Effect)> = mechanisms
-        .iter()
-        .flat_map(|mechanism| reach.starts(mechanism).into_iter().enumerate())
-        .collect();
+    let starts: Vec<(usize, Effect)> =
+        mechanisms.iter().flat_map(|mechanism| reach.starts(mechanism).into_iter().enumerate()).collect();
     let configurations = problem.configurations.len();
     let all: Vec<usize> = (0..problem.recordings.len()).collect();
     // A fit is never quite where it goes to; what is left of its gradient would look like a score of whatever it can imitate.
@@ -89,10 +87,13 @@ pub fn screen(
             scopes
                 .into_iter()
                 .filter_map(|scope| {
-                    let score =
-                        if scope == Scope::Everywhere { whole } else { projection.score(&signature, scope)? };
+                    let score = if scope == Scope::Everywhere { whole } else { projection.score(&signature, scope)? };
                     let mut scaled = tried.clone();
-                    let z = if scale_strength(&mut scaled, score.z / score.visible) { score.z.abs() } else { score.z.min(0.0) };
+                    let z = if scale_strength(&mut scaled, score.z / score.visible) {
+                        score.z.abs()
+                    } else {
+                        score.z.min(0.0)
+                    };
                     Some(Screened {
                         entrant: Entrant { effect: scaled, scope, phases: phases.clone() },
                         z,
@@ -132,9 +133,11 @@ impl Projection<'_> {
         let parts: Vec<Vec<f64>> = signature
             .iter()
             .zip(recordings)
-            .map(|(values, (number, recording))| {
-                if scope.includes(number, recording.configuration) { values.clone() } else { Vec::new() }
-            })
+            .map(
+                |(values, (number, recording))| {
+                    if scope.includes(number, recording.configuration) { values.clone() } else { Vec::new() }
+                },
+            )
             .collect();
         let whole: f64 = parts.iter().flatten().map(|s| s * s).sum();
         if whole < INVISIBLE * INVISIBLE {
@@ -196,7 +199,8 @@ pub fn signature(problem: &Problem, fit: &Fit, entrant: &Entrant) -> Option<Vec<
         .map(|recording| {
             let impact = predict::strike(problem, &layout, &point, recording).ok()?;
             let with = predict::read(problem, &layout, &point, recording, &impact, 0.0);
-            let mut change: Vec<f64> = with.iter().zip(&fit.model[recording]).map(|(with, without)| with - without).collect();
+            let mut change: Vec<f64> =
+                with.iter().zip(&fit.model[recording]).map(|(with, without)| with - without).collect();
             if change.iter().any(|value| !value.is_finite()) {
                 return None;
             }
@@ -224,6 +228,9 @@ fn scale_strength(effect: &mut Effect, times: f64) -> bool {
         return false;
     }
     let (low, high) = parameter.plausible;
-    let (low, high) = (parameter.range.0.max(if low > 0.0 { 0.03 * low } else { f64::NEG_INFINITY }), parameter.range.1.min(if high > 0.0 { 10.0 * high } else { f64::INFINITY }));
+    let (low, high) = (
+        parameter.range.0.max(if low > 0.0 { 0.03 * low } else { f64::NEG_INFINITY }),
+        parameter.range.1.min(if high > 0.0 { 10.0 * high } else { f64::INFINITY }),
+    );
     effect.set_value(0, scaled.clamp(low, high)).is_ok()
 }

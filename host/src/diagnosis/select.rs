@@ -13,6 +13,7 @@ use thud_sim::mechanism::{Mechanism, Scale};
 use super::candidate::Reach;
 use super::fit::{Effort, Fit, Part, Tangent};
 use super::layout::{Entrant, Layout, Role, Scope};
+use super::locate::{Alone, alone};
 use super::omnibus::{Omnibus, omnibus};
 use super::problem::Problem;
 use super::screen::{Screened, screen};
@@ -62,6 +63,8 @@ pub struct Selection {
     pub tangent: Tangent,
     /// Whether it leaves a rest.
     pub rest: Omnibus,
+    /// What one recording alone says against it.
+    pub alone: Alone,
     /// Every other model that was refitted: which mechanism of the best it stands in for, and the model.
     pub rivals: Vec<(usize, Trial)>,
 }
@@ -105,7 +108,7 @@ pub fn select(
     while best.fit.layout.entrants.len() < MOST_MECHANISMS {
         let number = best.fit.layout.entrants.len();
         progress(if number == 0 { "which mechanism" } else { "is there another" });
-        let reach = Reach::of(problem, &best.fit, lines_hz(&best.fit));
+        let reach = Reach::of(problem, lines_hz(&best.fit));
         let scores = screen(problem, &best.fit, &tangent, &reach, &remaining(mechanisms, &best.fit));
         if number == 0 {
             screened.clone_from(&scores);
@@ -114,18 +117,46 @@ pub fn select(
         if std::env::var_os("THUD_TRACE").is_some() {
             let mut order: Vec<&Screened> = scores.iter().collect();
             order.sort_by(|a, b| b.z.total_cmp(&a.z));
-            eprintln!("-- step {number}: bic {:.1} cost {:.1} rest {:.1}/{} z {:.1}", best.bic, best.fit.cost, rest.excess, rest.forms, rest.z());
+            eprintln!(
+                "-- step {number}: bic {:.1} cost {:.1} rest {:.1}/{} z {:.1}",
+                best.bic,
+                best.fit.cost,
+                rest.excess,
+                rest.forms,
+                rest.z()
+            );
             for c in &best.fit.layout.globals {
                 let i = best.fit.layout.globals.iter().position(|x| x.role == c.role).unwrap_or(0);
-                eprint!("   {:?}={:.4}({:.1})", c.role, best.fit.point.globals[i], c.prior.map_or(0.0, |(m, sd)| (best.fit.point.globals[i] - m) / sd));
+                eprint!(
+                    "   {:?}={:.4}({:.1})",
+                    c.role,
+                    best.fit.point.globals[i],
+                    c.prior.map_or(0.0, |(m, sd)| (best.fit.point.globals[i] - m) / sd)
+                );
             }
             eprintln!();
-            for score in order.iter().enumerate().filter(|(i, s)| *i < 10 || std::env::var("THUD_TRACE").is_ok_and(|id| id == s.entrant.effect.mechanism().id)).map(|x| x.1) {
-                eprintln!("   score {:.1} absorbed {:.5} {} {:?} tried {}", score.z, score.absorbed, score.entrant.effect, score.entrant.scope, score.tried);
+            for score in order
+                .iter()
+                .enumerate()
+                .filter(|(i, s)| {
+                    *i < 10 || std::env::var("THUD_TRACE").is_ok_and(|id| id == s.entrant.effect.mechanism().id)
+                })
+                .map(|x| x.1)
+            {
+                eprintln!(
+                    "   score {:.1} absorbed {:.5} {} {:?} tried {}",
+                    score.z, score.absorbed, score.entrant.effect, score.entrant.scope, score.tried
+                );
             }
             for trial in &trials {
                 let last = trial.fit.layout.entrants.len() - 1;
-                eprintln!("   trial bic {:+.1} chi2 {:+.1} {} {:?}", trial.bic - best.bic, trial.fit.cost - best.fit.cost, trial.fit.layout.effect_at(last, &trial.fit.point, 0), trial.fit.layout.entrants[last].scope);
+                eprintln!(
+                    "   trial bic {:+.1} chi2 {:+.1} {} {:?}",
+                    trial.bic - best.bic,
+                    trial.fit.cost - best.fit.cost,
+                    trial.fit.layout.effect_at(last, &trial.fit.point, 0),
+                    trial.fit.layout.entrants[last].scope
+                );
             }
         }
         let Some(next) = trials.first() else { break };
@@ -162,7 +193,12 @@ pub fn select(
                 rivals.push((place, trial));
             }
         }
-        if let Some(better) = rivals.iter().filter(|(_, trial)| trial.bic < best.bic - 1.0).min_by(|a, b| a.1.bic.total_cmp(&b.1.bic)).cloned() {
+        if let Some(better) = rivals
+            .iter()
+            .filter(|(_, trial)| trial.bic < best.bic - 1.0)
+            .min_by(|a, b| a.1.bic.total_cmp(&b.1.bic))
+            .cloned()
+        {
             let (place, trial) = better;
             let beaten = std::mem::replace(&mut best, trial);
             rivals.retain(|(of, trial)| *of == place && trial.bic > best.bic);
@@ -171,13 +207,13 @@ pub fn select(
             rest = omnibus(problem, &best.fit, &tangent);
         }
     }
-    Some(Selection { baseline, baseline_tangent, baseline_rest, screened, best, tangent, rest, rivals })
+    let alone = alone(problem, &best.fit);
+    Some(Selection { alone, baseline, baseline_tangent, baseline_rest, screened, best, tangent, rest, rivals })
 }
 
 fn remaining(mechanisms: &[&'static Mechanism], fit: &Fit) -> Vec<&'static Mechanism> {
-    let taken = |mechanism: &Mechanism| {
-        fit.layout.entrants.iter().any(|entrant| entrant.effect.mechanism().id == mechanism.id)
-    };
+    let taken =
+        |mechanism: &Mechanism| fit.layout.entrants.iter().any(|entrant| entrant.effect.mechanism().id == mechanism.id);
     mechanisms.iter().copied().filter(|mechanism| !taken(mechanism)).collect()
 }
 
@@ -186,7 +222,9 @@ fn refit(problem: &Problem, base: &Fit, scores: &[Screened], part: Part<'_>) -> 
     // Where a belief is strained, what could relieve it is refitted whatever its score: a strain of many deviations is not linear.
     let strained = base.strain() > STRAINED;
     let relieves = |score: &&Screened| {
-        strained && score.absorbed > MERE_TUNING && score.entrant.effect.mechanism().parameters[0].scale == Scale::Linear
+        strained
+            && score.absorbed > MERE_TUNING
+            && score.entrant.effect.mechanism().parameters[0].scale == Scale::Linear
     };
     let mut order: Vec<&Screened> = scores.iter().filter(|score| score.z >= LEAST_SCORE || relieves(score)).collect();
     order.sort_by(|a, b| b.z.total_cmp(&a.z));
@@ -194,7 +232,8 @@ fn refit(problem: &Problem, base: &Fit, scores: &[Screened], part: Part<'_>) -> 
     let mut mechanisms: Vec<&str> = Vec::new();
     for score in &order {
         let id = score.entrant.effect.mechanism().id;
-        let of_same: Vec<&&Screened> = chosen.iter().filter(|other| other.entrant.effect.mechanism().id == id).collect();
+        let of_same: Vec<&&Screened> =
+            chosen.iter().filter(|other| other.entrant.effect.mechanism().id == id).collect();
         let everywhere = of_same.iter().find(|other| other.entrant.scope == Scope::Everywhere);
         let take = match score.entrant.scope {
             Scope::Everywhere => {
@@ -203,7 +242,9 @@ fn refit(problem: &Problem, base: &Fit, scores: &[Screened], part: Part<'_>) -> 
             }
             // Only where it says clearly more than the same everywhere would.
             scope => {
-                let here = order.iter().filter(|o| o.entrant.effect.mechanism().id == id && o.entrant.scope == Scope::Everywhere);
+                let here = order
+                    .iter()
+                    .filter(|o| o.entrant.effect.mechanism().id == id && o.entrant.scope == Scope::Everywhere);
                 let most = here.map(|other| other.z).fold(0.0, f64::max);
                 of_same.iter().all(|other| other.entrant.scope != scope) && score.z * score.z > most * most + 30.0
             }
@@ -285,7 +326,7 @@ fn stand_ins(
 ) -> Vec<(Entrant, Trial)> {
     let Some(base) = without(problem, best, place, part) else { return Vec::new() };
     let Some(tangent) = base.fit.tangent(problem, part) else { return Vec::new() };
-    let reach = Reach::of(problem, &base.fit, lines_hz(&base.fit));
+    let reach = Reach::of(problem, lines_hz(&base.fit));
     let others: Vec<&'static Mechanism> = remaining(mechanisms, &best.fit);
     let scores = screen(problem, &base.fit, &tangent, &reach, &others);
     refit(problem, &base.fit, &scores, part)

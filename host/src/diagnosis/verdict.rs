@@ -12,8 +12,13 @@ use super::select::{Selection, WITHIN_REACH};
 
 /// A rest is significant from here, in standard deviations of the omnibus test.
 const SIGNIFICANT: f64 = 6.0;
+/// One recording alone speaks from this p on: beyond what traces of hum and drift do.
+const UNLIKELY: f64 = 1e-8;
 /// And worth a word from this part of what the baseline leaves.
-const WORTH: f64 = 0.03;
+const WORTH: f64 = 0.05;
+
+/// No rig is quite like an equation: of two that differ by less than this part of what both explain, either may be it.
+const LIKENESS: f64 = 0.015;
 
 /// The verdict.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,7 +64,9 @@ impl Verdict {
 /// Whether something significant is left that is worth a word.
 #[must_use]
 pub fn remains(selection: &Selection) -> bool {
-    selection.rest.z() > SIGNIFICANT && rest_share(selection.rest, selection.baseline_rest) > WORTH
+    let together = selection.rest.z() > SIGNIFICANT && rest_share(selection.rest, selection.baseline_rest) > WORTH;
+    let gained = (selection.baseline.cost - selection.best.fit.cost).max(0.0);
+    together || (selection.alone.p_value < UNLIKELY && selection.alone.excess > WORTH * gained)
 }
 
 /// The part of what the baseline leaves that is still left.
@@ -72,13 +79,16 @@ pub fn rest_share(rest: Omnibus, baseline: Omnibus) -> f64 {
 #[must_use]
 pub fn twins(selection: &Selection, place: usize) -> Vec<(&'static str, f64)> {
     let mut twins: Vec<(&'static str, f64)> = Vec::new();
+    let gained = selection.baseline.cost - selection.best.fit.cost;
+    let alone = selection.best.fit.layout.entrants.len() == 1;
+    let reach = if alone { WITHIN_REACH.max(LIKENESS * gained) } else { WITHIN_REACH };
     let chosen = &selection.best.fit.layout.entrants[place];
     for (of, trial) in &selection.rivals {
         let gap = trial.bic - selection.best.bic;
         let Some(rival) = trial.fit.layout.entrants.last() else { continue };
         let id = rival.effect.mechanism().id;
         let same_size = trial.fit.layout.entrants.len() == selection.best.fit.layout.entrants.len();
-        if *of == place && same_size && gap < WITHIN_REACH && id != chosen.effect.mechanism().id {
+        if *of == place && same_size && gap < reach && id != chosen.effect.mechanism().id {
             match twins.iter_mut().find(|(known, _)| *known == id) {
                 Some((_, known)) => *known = known.min(gap),
                 None => twins.push((id, gap)),
