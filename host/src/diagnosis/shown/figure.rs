@@ -172,9 +172,12 @@ pub(super) fn caption(
     area.draw(&Text::new(words.to_owned(), at, style))
 }
 
+/// Draws on an area.
+type Draw<'a> = dyn Fn(&DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), Failure> + 'a;
+
 /// What the lines of these figures mean, as SVG swatches with words.
 pub(super) fn legend() -> Vec<(String, &'static str)> {
-    let swatch = |draw: &dyn Fn(&DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), Failure>| svg((44, 14), draw);
+    let swatch = |draw: &Draw<'_>| svg((44, 14), draw);
     let line = |style: ShapeStyle| swatch(&move |area| area.draw(&PathElement::new(vec![(0, 7), (44, 7)], style)));
     let dashes = |on: i32, off: i32, width: u32| {
         swatch(&move |area| {
