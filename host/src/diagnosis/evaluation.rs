@@ -128,14 +128,14 @@ pub fn evaluate(model: &Model, loaded: &Loaded) -> Result<Evaluation, DiagnosisE
         .iter()
         .map(|&number| {
             let recording = &problem.recordings[number];
-            let ratio = |wanted: Role| local(&fit, number, wanted).map_or(1.0, f64::exp);
+            let moved = |wanted: Role| local(&fit, number, wanted).unwrap_or(0.0);
             let mass = fit.layout.globals.iter().position(|c| c.role == Role::Mass(recording.configuration));
             Evaluated {
                 file: recording.file.clone(),
                 rmse: each[number],
                 noise_ratio: each[number] / recording.raw.quiet_rms.unwrap_or(noise),
                 contact_s: local(&fit, number, Role::Contact).unwrap_or(recording.contact_guess_s),
-                impact_speed_m_per_s: recording.speed.value * ratio(Role::Speed),
+                impact_speed_m_per_s: recording.speed.value + recording.speed_scale() * moved(Role::Speed),
                 effective_mass_kg: recording.mass.value * mass.map_or(1.0, |place| fit.point.globals[place].exp()),
             }
         })

@@ -76,7 +76,7 @@ pub enum Role {
     Mass(usize),
     /// Instant of contact in a recording's time, s.
     Contact,
-    /// ln of a recording's speed over the stated one.
+    /// A recording's speed less the stated one, over [`Prepared::speed_scale`](super::problem::Prepared::speed_scale).
     Speed,
     /// ln of a recording's spring stiffness over the campaign's.
     Repeat,
@@ -279,8 +279,7 @@ impl Layout {
         match coordinate.role {
             Role::Speed => {
                 let speed = problem.recordings[recording].speed;
-                let relative = if speed.value == 0.0 { 0.0 } else { speed.sd / speed.value.abs() };
-                Some((0.0, relative.max(LEAST_SD)))
+                Some((0.0, (speed.sd / problem.recordings[recording].speed_scale()).max(LEAST_SD)))
             }
             Role::Offset(channel) if self.offsets_as_seen => Some((
                 problem.recordings[recording].offset_guess[channel],

@@ -41,7 +41,7 @@ fn strike_until(
                 Role::Body | Role::Repeat => rig.body_stiffness_n_per_m *= value.exp(),
                 Role::Pad => rig.pad_stiffness_n_per_m = rig.pad_stiffness_n_per_m.map(|pad| pad * value.exp()),
                 Role::Mass(configuration) if configuration == prepared.configuration => mass *= value.exp(),
-                Role::Speed => speed *= value.exp(),
+                Role::Speed => speed += value * prepared.speed_scale(),
                 _ => {}
             }
         }

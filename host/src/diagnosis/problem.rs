@@ -99,6 +99,16 @@ pub struct Samples {
 }
 
 impl Prepared {
+    /// What its speed is counted in, m/s: the stated one, or its uncertainty where it is dropped from rest.
+    #[must_use]
+    pub fn speed_scale(&self) -> f64 {
+        match self.speed.value.abs() {
+            0.0 if self.speed.sd > 0.0 => self.speed.sd,
+            0.0 => 1.0,
+            stated => stated,
+        }
+    }
+
     /// Number of fitted values, over all series.
     #[must_use]
     pub fn rows(&self) -> usize {
@@ -225,10 +235,12 @@ impl Problem {
                 let slices: Vec<&[f64]> = stretches.iter().map(Vec::as_slice).collect();
                 let stated = if number == 0 { campaign.chain.noise_rms } else { 0.0 };
                 let noise = Noise::of_quiet(&slices, all_even).unwrap_or_else(|| {
+                    let seen = scatter(&prepared, number);
+                    let taken = stated.max(seen);
                     notes.push(Note::general(&format!(
-                        "{column}: too little quiet before contact to see the noise; taken as stated, {stated} rms and white. Begin recordings 50 ms before contact"
+                        "{column}: too little quiet before contact to see the noise; taken as white, {taken:.3} rms (stated {stated}, scatter from sample to sample {seen:.3}). Begin recordings 50 ms before contact"
                     )));
-                    Noise::stated(if stated > 0.0 { stated } else { spread(&prepared, number) * 1e-3 })
+                    Noise::stated(if taken > 0.0 { taken } else { spread(&prepared, number) * 1e-3 })
                 });
                 let (quantity, sign) = shown_by(column);
                 ChannelModel { column: column.clone(), quantity, sign, noise }
@@ -237,6 +249,23 @@ impl Problem {
         let mass_sd = mass_sd.into_iter().map(|(sum, count)| sum / count.max(1) as f64).collect();
         Ok(Self { rig: campaign.rig.clone(), channels, recordings: prepared, configurations, mass_sd })
     }
+}
+
+/// Noise as the scatter of neighbouring samples shows it: the third difference of white noise has the variance 1 + 9 + 9 + 1, and
+/// of anything that is nearly a parabola over four samples nothing. The median, so that corners do not count.
+fn scatter(prepared: &[Prepared], channel: usize) -> f64 {
+    let mut differences: Vec<f64> = prepared
+        .iter()
+        .flat_map(|recording| recording.series[channel].windows(4))
+        .map(|four| (four[3] - 3.0 * four[2] + 3.0 * four[1] - four[0]).abs())
+        .collect();
+    if differences.is_empty() {
+        return 0.0;
+    }
+    let middle = differences.len() / 2;
+    let (_, median, _) = differences.select_nth_unstable_by(middle, f64::total_cmp);
+    // The median size of a Gaussian is 0.6745 of its deviation.
+    *median / 0.6745 / 20.0_f64.sqrt()
 }
 
 fn spread(prepared: &[Prepared], channel: usize) -> f64 {
