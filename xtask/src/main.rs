@@ -4,8 +4,8 @@
 
 mod addresses;
 mod dictionary;
-mod mechanisms;
 mod emulator;
+mod mechanisms;
 mod packages;
 mod python;
 mod qemu;
