@@ -310,11 +310,18 @@ fn an_interrupted_monitor_still_writes_what_it_saw() {
 }
 
 #[test]
-fn a_transport_to_come_is_named() {
-    let output = Command::new(THUD).args(["status", "--bus", "can0"]).output().unwrap();
-    assert!(!output.status.success());
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(said.contains("SocketCAN (`can0`) is not supported yet"), "{said}");
+fn a_bus_that_is_not_there_is_said_with_the_remedy() {
+    for (bus, remedies) in [
+        ("vcan97", &["ip link add vcan97 type vcan", "this kernel has no CAN"][..]),
+        ("slcan:/dev/ttyACM97", &["is the adapter plugged in?"]),
+        ("log:/nowhere/at-all.log", &["a candump log is wanted"]),
+    ] {
+        let output = Command::new(THUD).args(["status", "--bus", bus]).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{bus}");
+        let said = String::from_utf8_lossy(&output.stderr).replace('│', " ");
+        let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(remedies.iter().any(|remedy| said.contains(remedy)), "{bus}: {said}");
+    }
 }
 
 /// Where a network namespace can be made: one with loopback alone carries no multicast until it is told to.

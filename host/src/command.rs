@@ -5,6 +5,7 @@ use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 mod configure;
 mod demo;
 mod hit;
+mod log;
 mod monitor;
 mod record;
 mod replay;
@@ -37,6 +38,7 @@ enum Command {
     Hit(hit::Hit),
     Configure(configure::Configure),
     Monitor(monitor::Monitor),
+    Log(log::Log),
     Record(record::Record),
     Status(status::Status),
 }
@@ -64,6 +66,7 @@ impl Thud {
             Command::Hit(command) => command.run(),
             Command::Configure(command) => command.run(),
             Command::Monitor(command) => command.run(),
+            Command::Log(command) => command.run(),
             Command::Record(command) => command.run(),
             Command::Status(command) => command.run(),
         }

@@ -154,20 +154,23 @@ fn heard(text: &[u8]) -> Result<Heard, Malformed> {
     let data = &text[hash + 1..];
     match (hash, data) {
         (8, _) if id & ERROR != 0 => Ok(Heard::Foreign("error frame")),
-        (3 | 8, [b'R', length @ ..]) if matches!(length, [] | [b'0'..=b'8']) => Ok(Heard::Foreign("remote request")),
+        (3 | 8, [b'R'] | [b'R', b'0'..=b'8']) => Ok(Heard::Foreign("remote request")),
         (3 | 8, [b'#', flags, rest @ ..]) => {
             let sound = rest.len() % 2 == 0 && rest.len() <= 128 && rest.iter().all(u8::is_ascii_hexdigit);
             if flags.is_ascii_hexdigit() && sound { Ok(Heard::Foreign("CAN FD")) } else { Err(Malformed::Data) }
         }
         (3, _) if id > 0x7FF => Err(Malformed::Identifier),
-        (3, data) => bytes(data).and_then(|(bytes, length)| Frame::new(id as u16, &bytes[..length])).map(Heard::Frame).ok_or(Malformed::Data),
+        (3, data) => bytes(data)
+            .and_then(|(bytes, length)| Frame::new(id as u16, &bytes[..length]))
+            .map(Heard::Frame)
+            .ok_or(Malformed::Data),
         (8, data) => bytes(data).map(|_| Heard::Foreign("29-bit identifier")).ok_or(Malformed::Data),
         _ => Err(Malformed::Identifier),
     }
 }
 
 fn bytes(digits: &[u8]) -> Option<([u8; 8], usize)> {
-    if digits.len() > 16 || digits.len() % 2 != 0 {
+    if digits.len() > 16 || !digits.len().is_multiple_of(2) {
         return None;
     }
     let mut bytes = [0; 8];

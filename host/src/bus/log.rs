@@ -38,7 +38,7 @@ impl<R: BufRead> Lines<R> {
     ///
     /// # Errors
     /// The file's.
-    pub fn next(&mut self) -> io::Result<Option<Result<Entry<'_>, Malformed>>> {
+    pub fn read(&mut self) -> io::Result<Option<Result<Entry<'_>, Malformed>>> {
         loop {
             self.line.clear();
             let most = candump::LONGEST as u64 + 2;
@@ -98,7 +98,9 @@ impl LogBus {
             bus: describe(path),
             step: "opening the file",
             source,
-            help: Some("a candump log is wanted, as `candump -l`, python-can or `thud log --out FILE` write it".to_owned()),
+            help: Some(
+                "a candump log is wanted, as `candump -l`, python-can or `thud log --out FILE` write it".to_owned(),
+            ),
         })?;
         Ok(Self {
             lines: Lines::new(BufReader::with_capacity(BUFFER, file)),
@@ -115,7 +117,7 @@ impl LogBus {
     /// The next frame of the log, whenever it is due.
     fn read(&mut self) -> Result<Option<Stamped>, BusError> {
         loop {
-            let entry = match self.lines.next() {
+            let entry = match self.lines.read() {
                 Ok(Some(Ok(entry))) => entry,
                 Ok(Some(Err(malformed))) => {
                     self.counters.malformed += 1;
@@ -257,7 +259,8 @@ mod tests {
         text.extend_from_slice(b"\n(1.0) can0 002#");
         let (mut bus, _file) = log(&text);
         let ids: Vec<u16> =
-            std::iter::from_fn(|| bus.receive(Duration::from_secs(1)).unwrap().map(|stamped| stamped.frame.id)).collect();
+            std::iter::from_fn(|| bus.receive(Duration::from_secs(1)).unwrap().map(|stamped| stamped.frame.id))
+                .collect();
         assert_eq!(ids, [1, 2]);
         let counters = bus.counters();
         assert_eq!((counters.malformed, counters.foreign), (2, 1));

@@ -144,8 +144,9 @@ impl Bus for SlcanBus {
     fn send(&mut self, frame: &Frame) -> Result<(), BusError> {
         let line = codec::encode(frame);
         self.write(&line).map_err(|source| {
-            let help = (source.kind() == io::ErrorKind::TimedOut)
-                .then(|| "the adapter takes no more: is it plugged in, and does anybody acknowledge on its bus?".to_owned());
+            let help = (source.kind() == io::ErrorKind::TimedOut).then(|| {
+                "the adapter takes no more: is it plugged in, and does anybody acknowledge on its bus?".to_owned()
+            });
             BusError::Send { bus: self.name.clone(), source, help }
         })?;
         self.counters.sent += 1;
@@ -166,10 +167,8 @@ impl Bus for SlcanBus {
             let left = deadline.saturating_sub(now);
             let mut bytes = [0; 4096];
             // A timeout of zero would wait for ever on some systems.
-            let read = self
-                .port
-                .wait_at_most(left.max(Duration::from_millis(1)))
-                .and_then(|()| self.port.read(&mut bytes));
+            let read =
+                self.port.wait_at_most(left.max(Duration::from_millis(1))).and_then(|()| self.port.read(&mut bytes));
             match read {
                 Ok(0) => {
                     let source = io::Error::new(io::ErrorKind::UnexpectedEof, "the adapter is gone");
@@ -209,12 +208,12 @@ impl Drop for SlcanBus {
 
 fn port_help(error: &serialport::Error, port: &str) -> Option<String> {
     match error.kind() {
-        serialport::ErrorKind::NoDevice | serialport::ErrorKind::Io(io::ErrorKind::NotFound) => {
-            Some(format!("is the adapter plugged in? `ls /dev/ttyACM* /dev/ttyUSB*` shows what is there; {port} is not"))
-        }
-        serialport::ErrorKind::Io(io::ErrorKind::PermissionDenied) => {
-            Some("on Debian and its relatives serial ports belong to the group `dialout`: `adduser NAME dialout`".to_owned())
-        }
+        serialport::ErrorKind::NoDevice | serialport::ErrorKind::Io(io::ErrorKind::NotFound) => Some(format!(
+            "is the adapter plugged in? `ls /dev/ttyACM* /dev/ttyUSB*` shows what is there; {port} is not"
+        )),
+        serialport::ErrorKind::Io(io::ErrorKind::PermissionDenied) => Some(
+            "on Debian and its relatives serial ports belong to the group `dialout`: `adduser NAME dialout`".to_owned(),
+        ),
         _ => None,
     }
 }

@@ -71,12 +71,8 @@ impl SocketCanBus {
         let mut bytes = [0; CAN_FRAME];
         let mut room = nix::cmsg_space!(u32);
         let mut pieces = [IoSliceMut::new(&mut bytes)];
-        let message = recvmsg::<SockaddrStorage>(
-            self.socket.as_raw_fd(),
-            &mut pieces,
-            Some(&mut room),
-            MsgFlags::empty(),
-        )?;
+        let message =
+            recvmsg::<SockaddrStorage>(self.socket.as_raw_fd(), &mut pieces, Some(&mut room), MsgFlags::empty())?;
         let length = message.bytes;
         for control in message.cmsgs()? {
             if let ControlMessageOwned::RxqOvfl(dropped) = control {

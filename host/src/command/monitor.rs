@@ -4,8 +4,10 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use serde::Serialize;
+use thud_firmware::configuration::Configuration;
 use thud_firmware::dictionary::index;
-use thud_firmware::limits::TransientLimit;
+use thud_firmware::limits::{LimitsProfile, Region, TransientLimit};
+use thud_firmware::units::Hertz;
 
 use crate::bus::Counters;
 use crate::bus::option::BusOption;
@@ -23,8 +25,14 @@ use crate::json::JsonOption;
 /// or --duration. An event whose frames got lost is read from the sensor's log; one that is no longer there is
 /// reported as lost. Times are the sensor's own, in seconds since its power-up. The limit beside the scaled force is
 /// that of the configuration in force: `none` where no contact is permitted at all, `-` without a region.
+///
+/// With `--bus log:FILE` a candump log is followed as if live, in its own time or as fast as it can be read (`log:FILE,pace=1`
+/// plays it in its own time). Nobody can be asked then: events that are not in the log are lost, and limits are known only
+/// where somebody read the configuration while the log was written, as `thud log` does.
 #[derive(clap::Args, Debug)]
-#[command(after_long_help = "Examples:\n  thud monitor\n  thud monitor --count 3 --json events.json")]
+#[command(
+    after_long_help = "Examples:\n  thud monitor\n  thud monitor --count 3 --json events.json\n  thud monitor --bus log:monday.log"
+)]
 pub struct Monitor {
     #[command(flatten)]
     bus: BusOption,
@@ -40,6 +48,9 @@ pub struct Monitor {
     /// Do not switch sensors to Operational; those that are not send no events
     #[arg(long)]
     listen_only: bool,
+    /// Of a log: samples per second of sensors that nobody asked for it while the log was written
+    #[arg(long, value_name = "HZ", default_value_t = Configuration::DEFAULT.chain.sample_rate.0)]
+    sample_rate: f32,
     #[command(flatten)]
     json: JsonOption,
 }
@@ -75,10 +86,13 @@ impl Limits {
     /// The event with its limits; without them where the sensor does not answer.
     fn judged(&mut self, client: &mut Client, event: SeenEvent) -> Judged {
         let (mut transient, mut quasi_static) = (None, None);
-        if let Some(configuration) = self.of(client, event.node).map(|active| active.configuration)
-            && let Some(region) = configuration.region
-        {
-            let limits = configuration.limits.limits(region);
+        let judged_by = if client.line().is_playback() {
+            overheard(client, event.node)
+        } else {
+            self.of(client, event.node).map(|Active { configuration, .. }| (configuration.region, configuration.limits))
+        };
+        if let Some((Some(region), profile)) = judged_by {
+            let limits = profile.limits(region);
             quasi_static = Some(limits.quasi_static.0);
             if let TransientLimit::UpTo(limit) = limits.transient {
                 transient = Some(limit.0);
@@ -96,15 +110,26 @@ impl Limits {
     }
 }
 
+/// Region and table of limits, where somebody in the log read them.
+fn overheard(client: &mut Client, node: u8) -> Option<(Option<Region>, LimitsProfile)> {
+    let mut number = |sub| client.line().overheard(node, index::JUDGEMENT, sub).map(|[number, ..]| number);
+    Some((Region::from_number(number(1)?), LimitsProfile::from_number(number(3)?)?))
+}
+
 impl Monitor {
     pub(super) fn run(self) -> miette::Result<()> {
         let duration = crate::interrupt::span(self.duration)?;
         interrupt::catch();
         let mut client = Client::open(&self.bus.bus)?;
-        let progress = searching(&client.line().describe());
-        let sensors = client.find(self.node)?;
-        let mut watch = Watch::new(&mut client, sensors, !self.listen_only)?;
-        progress.finish_and_clear();
+        let mut watch = if client.line().is_playback() {
+            Watch::listening(Hertz(self.sample_rate))
+        } else {
+            let progress = searching(&client.line().describe());
+            let sensors = client.find(self.node)?;
+            let watch = Watch::new(&mut client, sensors, !self.listen_only)?;
+            progress.finish_and_clear();
+            watch
+        };
 
         let quiet = self.json.owns_stdout();
         if !quiet {
@@ -119,6 +144,7 @@ impl Monitor {
         let until = duration.map(|duration| client.line().now() + duration);
         while !interrupt::asked()
             && until.is_none_or(|until| client.line().now() < until)
+            && !client.line().ended()
             && self.count.is_none_or(|count| (answer.events.len() as u64) < count)
         {
             for happening in watch.next(&mut client, Duration::from_millis(50))? {
