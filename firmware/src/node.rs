@@ -28,7 +28,8 @@ use zencan_node::priority_queue::PriorityQueue;
 use zencan_node::{Callbacks, Node, NodeMbox, NodeState};
 
 use crate::board::{Frame, ResetCause};
-use crate::dictionary::access::{NodeObjects, TIME_ID, TimeReceived, View};
+use crate::capture::SlotId;
+use crate::dictionary::access::{NodeObjects, STREAM_TPDO, TIME_ID, TimeReceived, View};
 use crate::dictionary::frame::{self, MassFrame, PARTS, Part};
 use crate::dictionary::{PRODUCT_CODE, REVISION_NUMBER, index};
 use crate::emergency::Fault;
@@ -44,6 +45,8 @@ const LSS_STORE: u8 = 0x17;
 /// LSS "configure node id" and the error of an id that no node can have, CiA 305.
 const LSS_NODE_ID: u8 = 0x11;
 const LSS_OUT_OF_RANGE: u8 = 1;
+/// A curve is kept for its upload this long: 4 096 segments one by one over a slow adapter take half a minute.
+const LONGEST_UPLOAD_MS: u64 = 60_000;
 /// SDO frames that may wait in the outbox at once; more would only wait there instead of in the capture.
 const SDO_WINDOW: usize = 4;
 
@@ -106,6 +109,8 @@ pub struct CanOpenNode<const N: usize> {
     next_event: u32,
     /// Node id that the LSS request being answered asks for, or the error that it gets.
     asked_id: Option<Result<u8, u8>>,
+    /// Slot whose curve is being uploaded, and since when.
+    reserved: Option<(u8, u64)>,
     /// Node id assigned over LSS that holds from the next reset of communication on; 255 for none.
     pending_id: Option<u8>,
 }
@@ -153,6 +158,7 @@ impl<const N: usize> CanOpenNode<N> {
             next_heartbeat_ms: 0,
             next_event: 1,
             asked_id: None,
+            reserved: None,
             pending_id: None,
         };
         match shared.identity.reset_cause {
@@ -210,6 +216,7 @@ impl<const N: usize> CanOpenNode<N> {
                 let answer = self.sdo.receive(frame.bytes(), now_ms, &mut view);
                 self.answer(answer);
                 self.route();
+                self.reserve(now_ms);
             }
         } else if operational && self.objects.rpdo.id() == Some(frame.id) {
             match MassFrame::decode(frame.bytes()) {
@@ -240,6 +247,7 @@ impl<const N: usize> CanOpenNode<N> {
         let expired = self.sdo.expire(now_ms);
         self.answer(expired);
         self.send_segments(now_ms);
+        self.reserve(now_ms);
     }
 
     /// When [`Self::poll`] is due again at the latest, ms.
@@ -296,24 +304,41 @@ impl<const N: usize> CanOpenNode<N> {
         }
         if id == LSS_RESPONSE && frame.data[..2] == [LSS_STORE, 0] {
             let node_id = self.pending_id.unwrap_or(self.zencan.node_id());
-            let applied = self.shared.settings.lock(|settings| settings.borrow_mut().assign_node_id(node_id));
+            // It is configuration like any other: not while armed, not without the key.
+            let may =
+                self.objects.nmt != NmtState::Operational && self.shared.lock().is_some_and(|lock| !lock.is_locked());
+            let applied =
+                may.then(|| self.shared.settings.lock(|settings| settings.borrow_mut().assign_node_id(node_id)));
             match applied {
-                Ok(stamped) => {
+                Some(Ok(stamped)) => {
                     self.shared.configure.signal(stamped);
                     self.shared.store.signal(());
                 }
                 // CiA 305: error 2, the storage medium could not be accessed.
-                Err(_) => frame.data[1] = 2,
+                _ => frame.data[1] = 2,
             }
         }
         // Refused only when the outbox is full of more urgent frames; it counts that.
         let _ = self.shared.send(frame);
     }
 
-    /// Says to the sampler where alarms go.
+    /// Says to the sampler where alarms and the stream go.
     fn route(&self) {
         let sends = self.objects.nmt == NmtState::Operational;
         self.shared.route_alarm(self.objects.tpdos[0].id().filter(|_| sends));
+        let streams = sends && self.objects.decimation > 0;
+        let stream = self.objects.tpdos[STREAM_TPDO].id().filter(|_| streams);
+        self.shared.route_stream(stream.map(|id| (self.objects.decimation, id)));
+    }
+
+    /// The curve that is being uploaded stays until that is over.
+    fn reserve(&mut self, now_ms: u64) {
+        let uploaded = self.sdo.stream().map(|stream| stream.slot);
+        if uploaded != self.reserved.map(|(slot, _)| slot) {
+            self.reserved = uploaded.map(|slot| (slot, now_ms));
+        }
+        let patient = self.reserved.filter(|(_, since)| now_ms.saturating_sub(*since) < LONGEST_UPLOAD_MS);
+        self.shared.captures.reserve(patient.map(|(slot, _)| SlotId(slot)));
     }
 
     fn answer(&self, answer: Option<[u8; 8]>) {
@@ -349,7 +374,7 @@ impl<const N: usize> CanOpenNode<N> {
             // identifier: the first parts of a burst would overtake the last parts of what happened earlier.
             let ids = self.objects.tpdos.map(|pdo| pdo.id());
             let may = self.shared.with_outbox(|outbox| {
-                outbox.room() >= PARTS && ids[1..].iter().flatten().all(|id| outbox.waiting(*id) == 0)
+                outbox.room() >= PARTS && ids[1..STREAM_TPDO].iter().flatten().all(|id| outbox.waiting(*id) == 0)
             });
             if !may {
                 return;

@@ -10,6 +10,8 @@
 //! | 5 | … | the configuration, postcard |
 //! | end − 4 | u32 | CRC-32 (ISO-HDLC) of everything before |
 //!
+//! Beside it the lock ([`ConfigurationLock`]) and the count of starts, under keys of their own.
+//!
 //! Little-endian. The hash of a configuration is the CRC-32 of its postcard bytes, so that the same settings have the same
 //! hash on every device. A record of another version is not guessed at: it reads as [`Loaded::Unreadable`] and the
 //! defaults are used, which is told by EMCY.
@@ -23,6 +25,7 @@ use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
 
 use crate::configuration::Configuration;
+use crate::configuration_lock::ConfigurationLock;
 use crate::detector::Stamped;
 
 /// Version of the stored layout; changes with [`Configuration`].
@@ -30,6 +33,10 @@ pub const VERSION: u8 = 2;
 
 const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 const KEY: u8 = 1;
+/// The lock on the configuration.
+const LOCK: u8 = 2;
+/// How often the board has started: UNSIGNED32 and its complement.
+const STARTS: u8 = 3;
 /// Room for a record with its key, a multiple of every flash word up to 32 bytes.
 const RECORD: usize = 192;
 
@@ -141,6 +148,69 @@ impl<F: NorFlash> Store<F> {
             Loaded::Found(found) if found == *stamped => Ok(()),
             _ => Err(NotStored::ReadBack),
         }
+    }
+
+    /// Reads the lock: among all stored the one with the highest counter. `None` when something is there that is no lock of this
+    /// firmware, or flash failed: then nobody may change the configuration.
+    pub async fn load_lock(&mut self) -> Option<ConfigurationLock> {
+        let mut newest = None;
+        let mut damaged = false;
+        self.each(LOCK, |record| match ConfigurationLock::decode(record) {
+            Some(found) => {
+                if newest.is_none_or(|newest: ConfigurationLock| found.counter() >= newest.counter()) {
+                    newest = Some(found);
+                }
+            }
+            None => damaged = true,
+        })
+        .await
+        .ok()?;
+        newest.or((!damaged).then_some(ConfigurationLock::OPEN))
+    }
+
+    /// Writes the lock and reads it back.
+    ///
+    /// # Errors
+    /// [`NotStored`]; the lock that was stored before then still holds after a start.
+    pub async fn save_lock(&mut self, lock: &ConfigurationLock) -> Result<(), NotStored> {
+        let mut buffer = [0; RECORD];
+        let record = lock.encode();
+        self.map.store_item(&mut buffer, &LOCK, &record.as_slice()).await.map_err(|_| NotStored::Flash)?;
+        if self.load_lock().await == Some(*lock) { Ok(()) } else { Err(NotStored::ReadBack) }
+    }
+
+    /// Counts a start of the board; how many there were, this one included. 0 when flash failed.
+    pub async fn count_start(&mut self) -> u32 {
+        let mut starts = 0;
+        let read = self.each(STARTS, |record| {
+            if let [a, b, c, d, e, f, g, h] = *record
+                && u32::from_le_bytes([a, b, c, d]) == !u32::from_le_bytes([e, f, g, h])
+            {
+                starts = starts.max(u32::from_le_bytes([a, b, c, d]));
+            }
+        });
+        if read.await.is_err() {
+            return 0;
+        }
+        starts = starts.wrapping_add(1);
+        let mut record = [0; 8];
+        record[..4].copy_from_slice(&starts.to_le_bytes());
+        record[4..].copy_from_slice(&(!starts).to_le_bytes());
+        let mut buffer = [0; RECORD];
+        self.map.store_item(&mut buffer, &STARTS, &record.as_slice()).await.map_or(0, |()| starts)
+    }
+
+    /// Every record that was stored under a key and is still there, whatever its age; see [`Self::load`] for why not only the newest.
+    async fn each(&mut self, key: u8, mut with: impl FnMut(&[u8])) -> Result<(), NotStored> {
+        let mut buffer = [0; RECORD];
+        self.map.fetch_item::<&[u8]>(&mut buffer, &key).await.map_err(|_| NotStored::Flash)?;
+        let mut items = self.map.fetch_all_items(&mut buffer).await.map_err(|_| NotStored::Flash)?;
+        while let Some((found, record)) = items.next::<&[u8]>(&mut buffer).await.map_err(|_| NotStored::Flash)? {
+            if found == key {
+                with(record);
+            }
+        }
+        Ok(())
     }
 
     /// Gives the flash back.

@@ -92,6 +92,7 @@ pub fn limits(object: u16, sub: u8) -> Option<(f32, f32)> {
         // 0: unknown.
         at if at == object_of(EffectiveMass) => EffectiveMass.range().map(|(_, high)| (0.0, high)),
         (index::RECEIVED_MASS, 1) => EffectiveMass.range(),
+        (index::STREAM, 1) => Some((0.0, f32::from(crate::stream::MOST))),
         (index::TRANSACTION, 1) => Some((f32::from(super::APPLY), f32::from(super::DISCARD))),
         at => NUMBERS.into_iter().find(|setting| object_of(*setting) == at).and_then(Setting::range),
     }
