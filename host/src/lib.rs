@@ -18,6 +18,7 @@ pub mod demonstration;
 pub mod input;
 pub mod interrupt;
 pub mod json;
+pub mod key_file;
 pub mod model;
 pub mod recording;
 pub mod replay;

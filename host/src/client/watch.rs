@@ -55,8 +55,10 @@ pub struct SeenEvent {
     pub node: u8,
     /// Serial number.
     pub serial: u32,
-    /// Number of the event.
+    /// Number of the event, counted from 1 after each start.
     pub number: u32,
+    /// Which start of the board it was sensed in; with serial and number it names the event for ever. 0 where it is not known.
+    pub start: u32,
     /// Low 16 bits of the impact's number.
     pub impact: u16,
     /// 0 for the blow, n for its n-th rebound.
@@ -196,6 +198,7 @@ pub struct Watch {
 
 struct Followed {
     sensor: Sensor,
+    start: u32,
     assembly: Assembly,
     since: Duration,
     /// The newest event number that was seen or is missing.
@@ -263,6 +266,7 @@ impl Followed {
             node: self.sensor.node,
             serial: self.sensor.serial,
             number,
+            start: self.start,
             impact: summary.impact,
             contact: summary.contact,
             contact_s,
@@ -337,6 +341,7 @@ impl Watch {
         let newest = sdo.read(index::EVENT_LOG, 2)?;
         let sample_rate = Hertz(sdo.read(index::CHAIN, 1)?);
         let sample = sdo.read(index::BOARD, 2)?;
+        let start = sdo.read(index::BOARD, 6)?;
         let heartbeat_ms: u16 = sdo.read(index::HEARTBEAT, 0)?;
         let now = client.line.now();
         let doubled = self.followed.remove(&node).map_or_else(Vec::new, |before| before.doubled);
@@ -344,6 +349,7 @@ impl Watch {
             node,
             Followed {
                 sensor,
+                start,
                 assembly: Assembly::new(),
                 since: now,
                 newest,
@@ -368,6 +374,7 @@ impl Watch {
         let read = |index, sub| client.line.overheard(node, index, sub);
         let followed = self.followed.entry(node).or_insert_with(|| Followed {
             sensor: Sensor { node, serial: 0 },
+            start: 0,
             assembly: Assembly::new(),
             since: at,
             newest: 0,
@@ -385,6 +392,9 @@ impl Watch {
         });
         if let Some(serial) = read(index::IDENTITY, 4) {
             followed.sensor.serial = u32::from_le_bytes(serial);
+        }
+        if let Some(start) = read(index::BOARD, 6) {
+            followed.start = u32::from_le_bytes(start);
         }
         if let Some(rate) = read(index::CHAIN, 1).map(f32::from_le_bytes).filter(|rate| *rate > 0.0) {
             followed.sample_rate = Hertz(rate);
@@ -720,6 +730,7 @@ mod tests {
     fn followed() -> Followed {
         Followed {
             sensor: Sensor { node: 32, serial: 7 },
+            start: 1,
             assembly: Assembly::new(),
             since: Duration::ZERO,
             newest: 0,
