@@ -14,6 +14,20 @@ use heapless::Vec;
 
 use crate::board::{CanTransmit, Frame};
 
+/// Identifiers from here on are bulk: stream, SDO, heartbeat. What is before them is events.
+const BULK: u16 = 0x500;
+/// Free mailboxes that a frame needs, of the three that controllers have: one stays free for the alarm, and one for events. Bulk that
+/// others on the bus keep out by their priority would otherwise keep events out of the mailboxes, whatever their own priority.
+const fn needed(frame: &Waiting) -> usize {
+    if frame.urgent {
+        1
+    } else if frame.frame.id < BULK {
+        2
+    } else {
+        3
+    }
+}
+
 /// Places that only urgent frames may take: an alarm and two faults.
 pub const RESERVED: usize = 3;
 
@@ -152,14 +166,13 @@ impl<const N: usize> Outbox<N> {
         (0..self.waiting.len()).reduce(|a, b| if self.waiting[a].before(&self.waiting[b]) { a } else { b })
     }
 
-    /// Loads mailboxes while there are frames and room; the last free mailbox is for urgent frames only, so that an
-    /// alarm never waits behind frames of lower priority. Returns how many were loaded.
+    /// Loads mailboxes while there are frames and room; the last free mailbox is for urgent frames only and the last but one for
+    /// events, so that neither waits behind frames of lower priority. Returns how many were loaded.
     pub fn load(&mut self, can: &mut impl CanTransmit) -> usize {
         let mut loaded = 0;
         while let Some(first) = self.first() {
             let waiting = self.waiting[first];
-            let needed = if waiting.urgent { 1 } else { 2 };
-            if can.free() < needed || can.load(&waiting.frame).is_err() {
+            if can.free() < needed(&waiting) || can.load(&waiting.frame).is_err() {
                 break;
             }
             self.waiting.swap_remove(first);
@@ -228,16 +241,19 @@ mod tests {
     }
 
     #[test]
-    fn one_mailbox_stays_free_for_the_alarm() {
+    fn a_mailbox_stays_free_for_the_alarm_and_one_for_events() {
         let mut outbox = Outbox::<8>::new();
         let mut mailboxes = Mailboxes { free: 3, loaded: StdVec::new() };
         for mark in 0..4 {
             outbox.push(frame(0x5A0, mark)).unwrap();
         }
-        assert_eq!(outbox.load(&mut mailboxes), 2);
+        assert_eq!(outbox.load(&mut mailboxes), 1, "bulk only into empty mailboxes");
+        outbox.push(frame(0x2A0, 0)).unwrap();
+        outbox.push(frame(0x3A0, 0)).unwrap();
+        assert_eq!(outbox.load(&mut mailboxes), 1);
         outbox.push_urgent(frame(0x020, 0)).unwrap();
         assert_eq!(outbox.load(&mut mailboxes), 1);
-        assert_eq!(mailboxes.loaded[2].id, 0x020);
+        assert_eq!(mailboxes.loaded.iter().map(|frame| frame.id).collect::<StdVec<_>>(), [0x5A0, 0x2A0, 0x020]);
     }
 
     proptest! {

@@ -19,6 +19,7 @@ pub mod emergency;
 pub mod find;
 pub mod line;
 pub mod recording;
+pub mod samples;
 pub mod sdo;
 #[cfg(test)]
 mod served;

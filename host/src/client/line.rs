@@ -46,6 +46,7 @@ pub struct Line {
     dropped: u64,
     /// In a log: what others read out of nodes, by node, index and sub-index.
     overheard: BTreeMap<(u8, u16, u8), [u8; 4]>,
+    overheard_count: u64,
 }
 
 impl Line {
@@ -58,6 +59,7 @@ impl Line {
             channels: [Channel::default(); 128],
             dropped: 0,
             overheard: BTreeMap::new(),
+            overheard_count: 0,
         }
     }
 
@@ -128,6 +130,12 @@ impl Line {
     #[must_use]
     pub fn overheard(&self, node: u8, index: u16, sub: u8) -> Option<[u8; 4]> {
         self.overheard.get(&(node, index, sub)).copied()
+    }
+
+    /// How many answers have been overheard so far.
+    #[must_use]
+    pub fn overheard_count(&self) -> u64 {
+        self.overheard_count
     }
 
     /// Listens for a while and keeps nothing: what was heard is with the bus, which logs it.
@@ -226,6 +234,7 @@ impl Line {
                 && let Ok(SdoResponse::ConfirmUpload { e: true, index, sub, data, .. }) = frame.data.try_into()
             {
                 self.overheard.insert((node, index, sub), data);
+                self.overheard_count += 1;
             }
         }
         Ok(stamped)

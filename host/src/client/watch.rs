@@ -18,10 +18,12 @@ use thud_firmware::dictionary::frame::{self, ALARM_BASE, Alarm, Assembly, Part, 
 use thud_firmware::dictionary::{event_record, index};
 use thud_firmware::emergency::Emergency;
 use thud_firmware::event::{Event, Flags, Verdict};
+use thud_firmware::stream::{STREAM_BASE, Samples};
 use thud_firmware::units::Hertz;
 
 use super::find::{self, Sensor};
 use super::line::node_of;
+use super::samples::{SampleStream, Streamed};
 use super::sdo::SdoError;
 use super::status::nmt_state;
 use super::{Client, ClientError, Nmt, emergency};
@@ -30,6 +32,8 @@ use super::{Client, ClientError, Nmt, emergency};
 const PATIENCE: Duration = Duration::from_millis(300);
 /// How often the log is asked for its newest number, so that an event is seen whose frames were all lost.
 const POLL: Duration = Duration::from_secs(1);
+/// How often it is looked whether something is due.
+const LOOK: Duration = Duration::from_millis(10);
 /// Node ids of the frames that are heard.
 const EMERGENCY: u16 = 0x080;
 const HEARTBEAT: u16 = 0x700;
@@ -192,6 +196,8 @@ pub struct Watch {
     start: bool,
     /// Nobody can be asked: what is known is what was heard. The sample rate of sensors that it was not heard of.
     only_heard: Option<Hertz>,
+    /// When it was last looked what is due.
+    looked: Duration,
     /// The last reset that another master ordered: for which node (0 all), and when.
     reset: Option<(u8, Duration)>,
 }
@@ -218,6 +224,9 @@ struct Followed {
     surplus: u32,
     /// Serial numbers of the devices that share its id, as last told.
     doubled: Vec<u32>,
+    stream: SampleStream,
+    /// Answers to others that had been overheard when it was last looked among them.
+    overheard: u64,
 }
 
 impl Followed {
@@ -294,11 +303,20 @@ impl Watch {
     /// # Errors
     /// [`ClientError::Sdo`] when one does not answer.
     pub fn new(client: &mut Client, sensors: Vec<Sensor>, start: bool) -> Result<Self, ClientError> {
-        let mut watch = Self { followed: BTreeMap::new(), start, only_heard: None, reset: None };
+        let mut watch =
+            Self { followed: BTreeMap::new(), start, only_heard: None, looked: Duration::ZERO, reset: None };
         for sensor in sensors {
             watch.follow(client, sensor)?;
         }
         Ok(watch)
+    }
+
+    /// What came of the sample streams, by node id; those that never streamed are not there.
+    pub fn streamed(&self) -> impl Iterator<Item = (u8, Streamed)> {
+        self.followed
+            .iter()
+            .map(|(node, followed)| (*node, followed.stream.streamed()))
+            .filter(|(_, streamed)| streamed.values > 0)
     }
 
     /// Follows whoever is heard, without asking anybody anything, as a log wants it. Serial number and sample rate are
@@ -308,7 +326,13 @@ impl Watch {
     /// (59.7 h at 20 kS/s), because frames carry the low 32 bits.
     #[must_use]
     pub fn listening(sample_rate: Hertz) -> Self {
-        Self { followed: BTreeMap::new(), start: false, only_heard: Some(sample_rate), reset: None }
+        Self {
+            followed: BTreeMap::new(),
+            start: false,
+            only_heard: Some(sample_rate),
+            looked: Duration::ZERO,
+            reset: None,
+        }
     }
 
     /// The sensors that are followed.
@@ -325,9 +349,14 @@ impl Watch {
         if let Some(stamped) = client.line.next(timeout)? {
             self.sort(client, &stamped.frame, stamped.at, &mut happened)?;
         }
-        let nodes: Vec<u8> = self.followed.keys().copied().collect();
-        for node in nodes {
-            self.look_after(client, node, &mut happened)?;
+        // What is due is due within tenths of seconds: not after each of thousands of frames.
+        let now = client.line.now();
+        if now >= self.looked + LOOK || client.line.ended() {
+            self.looked = now;
+            let nodes: Vec<u8> = self.followed.keys().copied().collect();
+            for node in nodes {
+                self.look_after(client, node, &mut happened)?;
+            }
         }
         Ok(happened)
     }
@@ -364,6 +393,8 @@ impl Watch {
                 silent: false,
                 surplus: client.line.surplus_answers(node),
                 doubled,
+                stream: SampleStream::default(),
+                overheard: 0,
             },
         );
         Ok(())
@@ -389,7 +420,15 @@ impl Watch {
             silent: false,
             surplus: 0,
             doubled: Vec::new(),
+            stream: SampleStream::default(),
+            overheard: 0,
         });
+        let overheard = client.line.overheard_count();
+        if followed.overheard == overheard {
+            // Nothing was asked since: a log has thousands of frames between two questions.
+            return followed;
+        }
+        followed.overheard = overheard;
         if let Some(serial) = read(index::IDENTITY, 4) {
             followed.sensor.serial = u32::from_le_bytes(serial);
         }
@@ -410,6 +449,13 @@ impl Watch {
         at: Duration,
         happened: &mut Vec<Happening>,
     ) -> Result<(), ClientError> {
+        if let Some(node) = node_of(frame, STREAM_BASE) {
+            if let (Some(followed), Some(samples)) = (self.followed.get_mut(&node), Samples::decode(frame.bytes())) {
+                followed.heard = at;
+                followed.stream.push(&samples);
+            }
+            return Ok(());
+        }
         if let Some(sample_rate) = self.only_heard {
             let event = Part::of(frame.id).map(|(_, node)| node);
             let heard = event.or_else(|| node_of(frame, HEARTBEAT)).or_else(|| node_of(frame, ALARM_BASE));
@@ -745,6 +791,8 @@ mod tests {
             silent: false,
             surplus: 0,
             doubled: Vec::new(),
+            stream: SampleStream::default(),
+            overheard: 0,
         }
     }
 

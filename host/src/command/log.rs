@@ -15,7 +15,7 @@ use crate::bus::option::BusOption;
 use crate::bus::tap::Tap;
 use crate::client::find::Sensor;
 use crate::client::words::traffic;
-use crate::client::{Client, ClientError};
+use crate::client::{Client, ClientError, Nmt};
 use crate::interrupt;
 use crate::json::JsonOption;
 
@@ -43,6 +43,10 @@ pub struct Log {
     /// End after so many seconds
     #[arg(long, value_name = "S")]
     duration: Option<f64>,
+    /// Let the sensors stream their force while the log is written, each value the mean of N samples; 1 is every sample,
+    /// 0.8 Mbit/s for each sensor
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=10_000), conflicts_with = "listen_only")]
+    stream: Option<u16>,
     /// Send nothing: sensors are not asked who they are
     #[arg(long)]
     listen_only: bool,
@@ -89,6 +93,7 @@ impl Log {
 
         let sensors =
             if self.listen_only || client.line().is_playback() { Vec::new() } else { identities(&mut client)? };
+        self.stream(&mut client, &sensors, self.stream)?;
         if !quiet {
             let known: Vec<String> =
                 sensors.iter().map(|sensor| format!("node {} (serial {})", sensor.node, sensor.serial)).collect();
@@ -107,6 +112,7 @@ impl Log {
             progress.set_message(format!("{} frames", client.counters().received));
         }
         progress.finish_and_clear();
+        self.stream(&mut client, &sensors, None)?;
 
         let answer = Answer {
             bus: client.line().describe(),
@@ -117,6 +123,22 @@ impl Log {
         self.json.write(&answer)?;
         if !quiet {
             crate::say!("{}", traffic(&answer.bus, &answer.frames));
+        }
+        Ok(())
+    }
+}
+
+impl Log {
+    /// Switches the streams of these sensors on, or off again what it has switched on. A sensor streams while it is Operational.
+    fn stream(&self, client: &mut Client, sensors: &[Sensor], decimation: Option<u16>) -> Result<(), ClientError> {
+        if self.stream.is_none() {
+            return Ok(());
+        }
+        for sensor in sensors {
+            if decimation.is_some() {
+                client.nmt(Nmt::Start, sensor.node)?;
+            }
+            client.sdo(sensor.node).write(index::STREAM, 1, decimation.unwrap_or(0))?;
         }
         Ok(())
     }

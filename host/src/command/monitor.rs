@@ -13,6 +13,7 @@ use crate::bus::Counters;
 use crate::bus::option::BusOption;
 use crate::client::Client;
 use crate::client::find::Sensor;
+use crate::client::samples::Streamed;
 use crate::client::settings::Active;
 use crate::client::watch::{Happening, SeenEvent, Source, Watch};
 use crate::client::words::{searching, traffic};
@@ -63,7 +64,16 @@ struct Answer {
     lost: u64,
     /// Everything else that happened, in order.
     other: Vec<Happening>,
+    /// Sample streams that came by, for each sensor that sent one.
+    streams: Vec<Stream>,
     frames: Counters,
+}
+
+#[derive(Serialize)]
+struct Stream {
+    node: u8,
+    #[serde(flatten)]
+    streamed: Streamed,
 }
 
 /// An event beside the limits of the configuration that is in force.
@@ -138,8 +148,14 @@ impl Monitor {
             }
             crate::say!("{HEADING}");
         }
-        let mut answer =
-            Answer { sensors: vec![], events: vec![], lost: 0, other: vec![], frames: Counters::default() };
+        let mut answer = Answer {
+            sensors: vec![],
+            events: vec![],
+            lost: 0,
+            other: vec![],
+            streams: vec![],
+            frames: Counters::default(),
+        };
         let mut limits = Limits::default();
         let until = duration.map(|duration| client.line().now() + duration);
         while !interrupt::asked()
@@ -169,11 +185,19 @@ impl Monitor {
             }
         }
         answer.sensors = watch.sensors().cloned().collect();
+        answer.streams = watch.streamed().map(|(node, streamed)| Stream { node, streamed }).collect();
         answer.frames = client.counters();
         self.json.write(&answer)?;
         if !quiet {
             let from_log = answer.events.iter().filter(|judged| judged.event.source == Source::Log).count();
             crate::say!("{} events, {from_log} of them from the log, {} lost.", answer.events.len(), answer.lost);
+            for Stream { node, streamed } in &answer.streams {
+                crate::say!(
+                    "Node {node} streamed {} values, {} between them were lost.",
+                    streamed.values,
+                    streamed.lost
+                );
+            }
             crate::say!("{}", traffic(&client.line().describe(), &answer.frames));
         }
         Ok(())
