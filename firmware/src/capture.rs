@@ -13,8 +13,8 @@
 //! A curve that is being uploaded is not overwritten ([`Captures::reserve`]). An impact that ends meanwhile is evaluated from its
 //! own slot, which then becomes the ring again, so that events go on; its curve is gone, and counted. Between its end
 //! and its evaluation (25 to 150 ms on the board) there is no ring: an impact that begins within that time has no
-//! pre-trigger, and the one before it no event, which is counted as not evaluated. A third slot would cure it and does not
-//! fit into the memory that the board grants.
+//! pre-trigger, and the one before it an event without values, marked `lost-samples`, should it not have been evaluated by
+//! then. A third slot would cure it and does not fit into the memory that the board grants.
 //!
 //! A reader that holds a [`Curve`] across such a moment reads nothing from then on; it never gets a mixture of two curves.
 

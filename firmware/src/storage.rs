@@ -85,6 +85,64 @@ pub enum NotStored {
     ReadBack,
 }
 
+/// What a walk over all records found.
+struct Found {
+    configuration: Loaded,
+    lock: Option<ConfigurationLock>,
+    /// A record under the lock's key that is none.
+    no_lock: bool,
+    starts: u32,
+    /// The walk broke off, or could not begin.
+    failed: bool,
+}
+
+impl Default for Found {
+    fn default() -> Self {
+        Self { configuration: Loaded::Nothing, lock: None, no_lock: false, starts: 0, failed: false }
+    }
+}
+
+impl Found {
+    fn take(&mut self, key: u8, record: &[u8]) {
+        match key {
+            KEY => match (decode(record), self.configuration) {
+                (Some(found), Loaded::Found(best)) if found.revision < best.revision => {}
+                (Some(found), _) => self.configuration = Loaded::Found(found),
+                (None, Loaded::Nothing) => self.configuration = Loaded::Unreadable,
+                (None, _) => {}
+            },
+            LOCK => match ConfigurationLock::decode(record) {
+                Some(found) if self.lock.is_none_or(|best| found.counter() >= best.counter()) => {
+                    self.lock = Some(found)
+                }
+                Some(_) => {}
+                None => self.no_lock = true,
+            },
+            STARTS => {
+                if let [a, b, c, d, e, f, g, h] = *record
+                    && u32::from_le_bytes([a, b, c, d]) == !u32::from_le_bytes([e, f, g, h])
+                {
+                    self.starts = self.starts.max(u32::from_le_bytes([a, b, c, d]));
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn broken_off(mut self) -> Self {
+        self.failed = true;
+        if self.configuration == Loaded::Nothing {
+            self.configuration = Loaded::Unreadable;
+        }
+        self
+    }
+
+    fn lock(&self) -> Option<ConfigurationLock> {
+        let unknown = self.failed || self.no_lock && self.lock.is_none();
+        (!unknown).then_some(self.lock.unwrap_or(ConfigurationLock::OPEN))
+    }
+}
+
 /// The store over a range of flash pages, at least two.
 pub struct Store<F: NorFlash> {
     map: MapStorage<u8, F, Cache<Uncached, Uncached, Uncached, u8>>,
@@ -101,31 +159,8 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// Reads the configuration: among all records the valid one with the highest revision.
-    ///
-    /// Not simply the map's newest item: an erase that was cut short at the far end of a page makes the map take
-    /// that page for the one in use, and its last intact item for the newest.
     pub async fn load(&mut self) -> Loaded {
-        let mut buffer = [0; RECORD];
-        let mut newest = Loaded::Nothing;
-        // Fetching one item repairs a page whose erasing was cut short; in version 8.0.2 the walk over all does not.
-        if self.map.fetch_item::<&[u8]>(&mut buffer, &KEY).await.is_err() {
-            return Loaded::Unreadable;
-        }
-        let Ok(mut items) = self.map.fetch_all_items(&mut buffer).await else { return Loaded::Unreadable };
-        loop {
-            match items.next::<&[u8]>(&mut buffer).await {
-                Ok(Some((KEY, record))) => match (decode(record), newest) {
-                    (Some(found), Loaded::Found(best)) if found.revision < best.revision => {}
-                    (Some(found), _) => newest = Loaded::Found(found),
-                    (None, Loaded::Nothing) => newest = Loaded::Unreadable,
-                    (None, _) => {}
-                },
-                Ok(Some(_)) => {}
-                Ok(None) => return newest,
-                Err(_) if newest == Loaded::Nothing => return Loaded::Unreadable,
-                Err(_) => return newest,
-            }
-        }
+        self.scan().await.configuration
     }
 
     /// Writes the configuration and reads it back. A flash whose log is beyond repair is erased and tried once more.
@@ -133,18 +168,10 @@ impl<F: NorFlash> Store<F> {
     /// # Errors
     /// [`NotStored`]; the configuration that was stored before is then still there, unless the log was beyond repair.
     pub async fn save(&mut self, stamped: &Stamped) -> Result<(), NotStored> {
-        let mut buffer = [0; RECORD];
         let mut record = [0; RECORD];
         let length = encode(stamped, &mut record).ok_or(NotStored::ReadBack)?;
-        let record = &record[..length];
-        if let Err(error) = self.map.store_item(&mut buffer, &KEY, &record).await {
-            if !matches!(error, sequential_storage::Error::Corrupted { .. }) {
-                return Err(NotStored::Flash);
-            }
-            self.map.erase_all().await.map_err(|_| NotStored::Flash)?;
-            self.map.store_item(&mut buffer, &KEY, &record).await.map_err(|_| NotStored::Flash)?;
-        }
-        match self.load().await {
+        self.put(KEY, &record[..length]).await?;
+        match self.scan().await.configuration {
             Loaded::Found(found) if found == *stamped => Ok(()),
             _ => Err(NotStored::ReadBack),
         }
@@ -153,19 +180,7 @@ impl<F: NorFlash> Store<F> {
     /// Reads the lock: among all stored the one with the highest counter. `None` when something is there that is no lock of this
     /// firmware, or flash failed: then nobody may change the configuration.
     pub async fn load_lock(&mut self) -> Option<ConfigurationLock> {
-        let mut newest = None;
-        let mut damaged = false;
-        self.each(LOCK, |record| match ConfigurationLock::decode(record) {
-            Some(found) => {
-                if newest.is_none_or(|newest: ConfigurationLock| found.counter() >= newest.counter()) {
-                    newest = Some(found);
-                }
-            }
-            None => damaged = true,
-        })
-        .await
-        .ok()?;
-        newest.or((!damaged).then_some(ConfigurationLock::OPEN))
+        self.scan().await.lock()
     }
 
     /// Writes the lock and reads it back.
@@ -173,44 +188,57 @@ impl<F: NorFlash> Store<F> {
     /// # Errors
     /// [`NotStored`]; the lock that was stored before then still holds after a start.
     pub async fn save_lock(&mut self, lock: &ConfigurationLock) -> Result<(), NotStored> {
-        let mut buffer = [0; RECORD];
-        let record = lock.encode();
-        self.map.store_item(&mut buffer, &LOCK, &record.as_slice()).await.map_err(|_| NotStored::Flash)?;
-        if self.load_lock().await == Some(*lock) { Ok(()) } else { Err(NotStored::ReadBack) }
+        self.put(LOCK, &lock.encode()).await?;
+        if self.scan().await.lock() == Some(*lock) { Ok(()) } else { Err(NotStored::ReadBack) }
     }
 
-    /// Counts a start of the board; how many there were, this one included. 0 when flash failed.
-    pub async fn count_start(&mut self) -> u32 {
-        let mut starts = 0;
-        let read = self.each(STARTS, |record| {
-            if let [a, b, c, d, e, f, g, h] = *record
-                && u32::from_le_bytes([a, b, c, d]) == !u32::from_le_bytes([e, f, g, h])
-            {
-                starts = starts.max(u32::from_le_bytes([a, b, c, d]));
-            }
-        });
-        if read.await.is_err() {
-            return 0;
-        }
-        starts = starts.wrapping_add(1);
+    /// Counts a start of the board: the lock, as [`Self::load_lock`], and how many starts there were, this one included; 0 when
+    /// flash failed.
+    pub async fn start(&mut self) -> (Option<ConfigurationLock>, u32) {
+        let found = self.scan().await;
+        let starts = found.starts.wrapping_add(1);
         let mut record = [0; 8];
         record[..4].copy_from_slice(&starts.to_le_bytes());
         record[4..].copy_from_slice(&(!starts).to_le_bytes());
-        let mut buffer = [0; RECORD];
-        self.map.store_item(&mut buffer, &STARTS, &record.as_slice()).await.map_or(0, |()| starts)
+        let counted = !found.failed && self.put(STARTS, &record).await.is_ok();
+        (found.lock(), if counted { starts } else { 0 })
     }
 
-    /// Every record that was stored under a key and is still there, whatever its age; see [`Self::load`] for why not only the newest.
-    async fn each(&mut self, key: u8, mut with: impl FnMut(&[u8])) -> Result<(), NotStored> {
+    /// Writes a record. A flash whose log is beyond repair is erased and tried once more.
+    async fn put(&mut self, key: u8, record: &[u8]) -> Result<(), NotStored> {
         let mut buffer = [0; RECORD];
-        self.map.fetch_item::<&[u8]>(&mut buffer, &key).await.map_err(|_| NotStored::Flash)?;
-        let mut items = self.map.fetch_all_items(&mut buffer).await.map_err(|_| NotStored::Flash)?;
-        while let Some((found, record)) = items.next::<&[u8]>(&mut buffer).await.map_err(|_| NotStored::Flash)? {
-            if found == key {
-                with(record);
+        let mut erased = false;
+        loop {
+            match self.map.store_item(&mut buffer, &key, &record).await {
+                Ok(()) => return Ok(()),
+                Err(sequential_storage::Error::Corrupted { .. }) if !erased => {
+                    self.map.erase_all().await.map_err(|_| NotStored::Flash)?;
+                    erased = true;
+                }
+                Err(_) => return Err(NotStored::Flash),
             }
         }
-        Ok(())
+    }
+
+    /// Looks at every record.
+    ///
+    /// Not simply at the map's newest items: an erase that was cut short at the far end of a page makes the map take
+    /// that page for the one in use, and its last intact item for the newest.
+    async fn scan(&mut self) -> Found {
+        let mut buffer = [0; RECORD];
+        let mut found = Found::default();
+        // Fetching one item repairs a page whose erasing was cut short; in version 8.0.2 the walk over all does not.
+        if self.map.fetch_item::<&[u8]>(&mut buffer, &KEY).await.is_err() {
+            return found.broken_off();
+        }
+        let Ok(mut items) = self.map.fetch_all_items(&mut buffer).await else { return found.broken_off() };
+        loop {
+            match items.next::<&[u8]>(&mut buffer).await {
+                Ok(Some((key, record))) => found.take(key, record),
+                Ok(None) => return found,
+                Err(_) => return found.broken_off(),
+            }
+        }
     }
 
     /// Gives the flash back.

@@ -14,13 +14,13 @@ const IMPACT_POLL: Duration = Duration::from_millis(10);
 
 /// Runs for ever.
 pub async fn run<F: NorFlash, const N: usize>(mut store: Store<F>, shared: &Shared<N>) -> ! {
-    let mut locked = store.load_lock().await;
+    let (mut locked, start) = store.start().await;
     shared.with_lock(|lock| *lock = locked);
+    shared.set_start(start);
     if locked.is_none() {
         // Nobody may change the configuration: better so than that damage opens the lock.
         shared.report(Report::Raised(Fault::Storage, 0));
     }
-    shared.set_start(store.count_start().await);
     loop {
         let wanted = with_timeout(PULSE, shared.store.wait()).await;
         shared.lives(Task::Storage);
