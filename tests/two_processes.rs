@@ -166,6 +166,63 @@ fn configuring_shows_old_and_new_and_a_refusal_changes_nothing() {
 }
 
 #[test]
+fn an_armed_sensor_is_disarmed_for_the_change_and_armed_again() {
+    let lab = Lab::new(43_530);
+    let _sensor = lab.sensor(&[]);
+    let mut monitor = lab.start(&["monitor"], "Following node 32");
+    while lab.json(&["status"])["sensors"][0]["state"] != "operational" {}
+    let said = String::from_utf8(lab.run(&["configure", "--region", "chest"]).stdout).unwrap();
+    assert!(said.contains("was armed (Operational): it was disarmed for the change and is armed again"), "{said}");
+    let status = lab.json(&["status"]);
+    assert_eq!(
+        (&status["sensors"][0]["state"], &status["sensors"][0]["region"]),
+        (&"operational".into(), &"chest".into())
+    );
+    // A refusal arms it again as well.
+    lab.failure(&["configure", "--uncertainty", "7"]);
+    assert_eq!(lab.json(&["status"])["sensors"][0]["state"], "operational");
+    // Nothing to change: nothing is disarmed.
+    let said = String::from_utf8(lab.run(&["configure", "--region", "chest"]).stdout).unwrap();
+    assert!(said.contains("Nothing to change") && !said.contains("disarmed"), "{said}");
+    monitor.interrupt();
+    monitor.end();
+}
+
+#[test]
+fn a_locked_configuration_is_changed_with_its_key_only() {
+    let lab = Lab::new(43_531);
+    let _sensor = lab.sensor(&[]);
+    let (key, other) = (lab.file("cell.key"), lab.file("other.key"));
+    let said = String::from_utf8(lab.run(&["configure", "--region", "chest", "--lock", &key]).stdout).unwrap();
+    assert!(said.contains("is locked; only the key in"), "{said}");
+    assert_eq!(std::fs::read_to_string(&key).unwrap().trim().len(), 32);
+    assert_eq!(lab.json(&["status"])["sensors"][0]["locked"], true);
+
+    let refused = lab.failure(&["configure", "--region", "face"]);
+    assert!(refused.contains("the configuration of node 32 is locked, and no key was given"), "{refused}");
+    assert!(refused.contains("--key FILE; nothing was changed"), "{refused}");
+    std::fs::write(&other, "00112233445566778899aabbccddeeff").unwrap();
+    let refused = lab.failure(&["configure", "--region", "face", "--key", &other]);
+    assert!(refused.contains("and this is not its key"), "{refused}");
+    std::fs::write(&other, "rubbish").unwrap();
+    let refused = lab.failure(&["configure", "--region", "face", "--key", &other]);
+    assert!(refused.contains("is no key") && !refused.contains("rubbish"), "{refused}");
+    assert_eq!(lab.json(&["status"])["sensors"][0]["region"], "chest");
+
+    for region in ["face", "chest"] {
+        let done = lab.json(&["configure", "--region", region, "--mass", "6.1", "--key", &key]);
+        assert_eq!(done["stored"], true, "{done}");
+        assert_eq!(lab.json(&["status"])["sensors"][0]["region"], region);
+    }
+    // A value out of range is told as ever.
+    let refused = lab.failure(&["configure", "--stiffness", "1", "--key", &key]);
+    assert!(refused.contains("body stiffness 1 N/m is too low"), "{refused}");
+    let said = String::from_utf8(lab.run(&["configure", "--unlock", "--key", &key]).stdout).unwrap();
+    assert!(said.contains("The lock is removed"), "{said}");
+    lab.json(&["configure", "--region", "face"]);
+}
+
+#[test]
 fn a_new_node_id_is_in_force_after_the_reset() {
     let lab = Lab::new(43_503);
     let _sensor = lab.sensor(&["--serial", "5"]);

@@ -276,7 +276,7 @@ pub fn model_toml(data: &[u8]) {
 
 /// Recordings.
 pub fn recording_csv(data: &[u8]) {
-    told(thud::recording::read::parse("recording.csv", data));
+    told(thud::recording::parse("recording.csv", data));
 }
 
 /// A refusal can be shown: its place lies within the text.
