@@ -6,7 +6,7 @@ use std::path::Path;
 use thud_fuzz_targets::TARGETS;
 
 /// Mutations of each seed, and inputs of nothing but chance for each target.
-const MUTATIONS: usize = 300;
+const MUTATIONS: usize = 3_000;
 
 /// xorshift64*, Marsaglia 2003 and Vigna 2016: all that is wanted of it is that it is the same everywhere.
 struct Chance(u64);
