@@ -120,6 +120,12 @@ impl Line {
         self.bus.is_playback()
     }
 
+    /// Whether nothing that was heard during a transfer still waits to be read.
+    #[must_use]
+    pub fn is_read(&self) -> bool {
+        self.inbox.is_empty()
+    }
+
     /// Whether nothing will ever come any more.
     #[must_use]
     pub fn ended(&self) -> bool {

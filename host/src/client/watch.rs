@@ -351,7 +351,9 @@ impl Watch {
         }
         // What is due is due within tenths of seconds: not after each of thousands of frames.
         let now = client.line.now();
-        if now >= self.looked + LOOK || client.line.ended() {
+        // And not before what has come already: asking a sensor that does not answer takes seconds.
+        let may = client.line.is_read() && now >= self.looked + LOOK;
+        if may || now >= self.looked + POLL || client.line.ended() {
             self.looked = now;
             let nodes: Vec<u8> = self.followed.keys().copied().collect();
             for node in nodes {
