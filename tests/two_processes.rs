@@ -122,7 +122,7 @@ fn status_tells_who_is_there_and_how_it_is() {
     assert_eq!(sensor["stored_configuration"], "stored");
     assert!((0.2..0.4).contains(&number(&sensor["noise_N"])), "0.3 N rms are simulated: {sensor}");
     let losses = sensor["losses"].as_array().unwrap();
-    assert!(losses.len() == 12 && losses.iter().all(|loss| loss["count"] == 0), "{losses:?}");
+    assert!(losses.len() == 14 && losses.iter().all(|loss| loss["count"] == 0), "{losses:?}");
     let table = String::from_utf8(lab.run(&["status"]).stdout).unwrap();
     assert!(table.contains("77") && table.contains("chest"), "{table}");
 }

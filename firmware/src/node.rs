@@ -373,8 +373,11 @@ impl<const N: usize> CanOpenNode<N> {
             // An event goes out whole or waits in the log; and it waits for the one before, because the outbox goes by
             // identifier: the first parts of a burst would overtake the last parts of what happened earlier.
             let ids = self.objects.tpdos.map(|pdo| pdo.id());
+            let least_urgent = ids[1..STREAM_TPDO].iter().flatten().max().copied().unwrap_or(0);
             let may = self.shared.with_outbox(|outbox| {
-                outbox.room() >= PARTS && ids[1..STREAM_TPDO].iter().flatten().all(|id| outbox.waiting(*id) == 0)
+                // Bulk that others on the bus keep from being sent gives way.
+                outbox.room_for(least_urgent) >= PARTS
+                    && ids[1..STREAM_TPDO].iter().flatten().all(|id| outbox.waiting(*id) == 0)
             });
             if !may {
                 return;
@@ -416,7 +419,9 @@ impl<const N: usize> CanOpenNode<N> {
             NmtState::Operational => 5,
             _ => 127,
         };
-        if let Some(frame) = Frame::new(0x700 + u16::from(id), &[state]) {
+        // One that still waits says the same: on a bus that has no room for them, they must not fill the outbox.
+        let waits = self.shared.with_outbox(|outbox| outbox.waiting(0x700 + u16::from(id)) > 0);
+        if let Some(frame) = Frame::new(0x700 + u16::from(id), &[state]).filter(|_| !waits) {
             let _ = self.shared.send(frame);
         }
         // In step with the first one, unless a whole period was missed.

@@ -125,6 +125,13 @@ impl<const N: usize> Outbox<N> {
         (N - RESERVED).saturating_sub(self.waiting.len())
     }
 
+    /// How many more ordinary frames fit that are as urgent as this identifier or more, if less urgent ones give way.
+    #[must_use]
+    pub fn room_for(&self, id: u16) -> usize {
+        let before = self.waiting.iter().filter(|waiting| waiting.urgent || waiting.frame.id <= id).count();
+        (N - RESERVED).saturating_sub(before)
+    }
+
     /// How many frames of this identifier wait.
     #[must_use]
     pub fn waiting(&self, id: u16) -> usize {
@@ -219,6 +226,18 @@ mod tests {
         let order: StdVec<Frame> = core::iter::from_fn(|| outbox.pop()).collect();
         assert_eq!(order, [frame(0x2A0, 7), frame(0x5A0, 0), frame(0x5A0, 1)]);
         assert_eq!(outbox.losses(), Losses { evicted: 1, refused: 0 });
+    }
+
+    #[test]
+    fn bulk_that_cannot_get_out_leaves_room_for_events() {
+        let mut outbox = Outbox::<12>::new();
+        while outbox.push(frame(0x720, 0)).is_ok() {}
+        assert_eq!((outbox.room(), outbox.room_for(0x4A0)), (0, 9));
+        for id in [0x2A0, 0x3A0, 0x4A0, 0x320, 0x420] {
+            outbox.push(frame(id, 0)).unwrap();
+        }
+        assert_eq!(outbox.room_for(0x4A0), 4);
+        assert_eq!(outbox.losses().evicted, 5);
     }
 
     struct Mailboxes {

@@ -400,11 +400,26 @@ mod tests {
     /// is cut at every single byte that it writes or erases.
     #[test]
     fn a_power_cut_at_any_byte_leaves_the_old_or_the_new_configuration() {
-        cut_everywhere(Mortal::new());
-        cut_everywhere(Mortal { backwards: true, ..Mortal::new() });
+        cut_everywhere(Mortal::new(), ConfigurationLock::OPEN);
+        cut_everywhere(Mortal { backwards: true, ..Mortal::new() }, ConfigurationLock::OPEN);
     }
 
-    fn cut_everywhere(mut flash: Mortal) {
+    /// And none opens a lock, or takes back its counter, or the count of starts.
+    #[test]
+    fn a_power_cut_at_any_byte_leaves_the_lock() {
+        let mut lock = ConfigurationLock::OPEN;
+        lock.set_key([7; 16]);
+        cut_everywhere(Mortal::new(), lock);
+        cut_everywhere(Mortal { backwards: true, ..Mortal::new() }, lock);
+    }
+
+    fn cut_everywhere(mut flash: Mortal, lock: ConfigurationLock) {
+        if lock.is_locked() {
+            let mut store = store(flash);
+            block_on(store.save_lock(&lock)).unwrap();
+            assert_eq!(block_on(store.start()), (Some(lock), 1));
+            flash = store.into_flash();
+        }
         let mut cuts = 0;
         // Long enough to go through both pages and their erasing twice.
         for revision in 1..=60 {
@@ -427,9 +442,12 @@ mod tests {
                     found == old || found == Loaded::Found(numbered(revision)),
                     "revision {revision} cut after {life} bytes: {found:?}"
                 );
+                assert_eq!(block_on(store.load_lock()), Some(lock), "revision {revision} cut after {life} bytes");
+                assert_eq!(block_on(store.scan()).starts, u32::from(lock.is_locked()));
                 // And life goes on.
                 block_on(store.save(&numbered(1000 + revision))).unwrap();
                 assert_eq!(block_on(store.load()), Loaded::Found(numbered(1000 + revision)));
+                assert_eq!(block_on(store.load_lock()), Some(lock));
                 cuts += 1;
             }
             flash = whole;
