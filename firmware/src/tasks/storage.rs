@@ -58,13 +58,14 @@ pub async fn run<F: NorFlash, const N: usize>(mut store: Store<F>, shared: &Shar
     }
 }
 
-/// Writes the lock if it is not the one that is stored.
+/// Writes the lock if it is not the one that is stored, and a closed one every time: after an erase that a power cut has interrupted,
+/// the map may drop what was not written since.
 async fn keep<F: NorFlash>(
     store: &mut Store<F>,
     wanted: Option<ConfigurationLock>,
     stored: &mut Option<ConfigurationLock>,
 ) -> Result<(), NotStored> {
-    if let Some(lock) = wanted.filter(|_| wanted != *stored) {
+    if let Some(lock) = wanted.filter(|lock| lock.is_locked() || wanted != *stored) {
         store.save_lock(&lock).await?;
         *stored = wanted;
     }
