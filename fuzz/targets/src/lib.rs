@@ -202,7 +202,7 @@ pub fn pdos(data: &[u8]) {
     if let Ok(event) = event_record::decode(data) {
         let start = u32::from(u16::from_le_bytes([data[14], data[15]]));
         let again = event_record::encode(&event, start);
-        assert_eq!(event_record::decode(&again).is_ok(), true);
+        assert!(event_record::decode(&again).is_ok());
     }
 }
 
