@@ -394,7 +394,7 @@ fn a_locked_configuration_is_read_by_all_and_changed_by_the_key_alone_and_once()
     });
     // The lock and its counter outlive the power.
     with_sensor(&flash, async |master| {
-        assert_eq!(master.read_u32(index::BOARD, 6).await, 2, "the second start");
+        assert_eq!(master.read_u32(index::BOARD, 8).await, 2, "the second start");
         assert_eq!(master.read(index::LOCK, 1).await.unwrap(), [1]);
         assert_eq!(master.read_u32(index::TRANSACTION, 3).await, 1);
         assert_eq!(master.write_by_segments(index::LOCK, 3, &used).await, Err(LOCAL_CONTROL));

@@ -152,7 +152,7 @@ impl Client {
             zero_code: sdo.read(index::DETECTOR, 1)?,
             settled: sdo.read::<u8>(index::DETECTOR, 4)? != 0,
             locked: sdo.read::<u8>(index::LOCK, 1)? != 0,
-            start: sdo.read(index::BOARD, 6)?,
+            start: sdo.read(index::BOARD, 8)?,
             uptime_s: sdo.read(index::BOARD, 1)?,
             reset_cause: match sdo.read::<u8>(index::BOARD, 3)? {
                 0 => "power",

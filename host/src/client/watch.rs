@@ -372,7 +372,7 @@ impl Watch {
         let newest = sdo.read(index::EVENT_LOG, 2)?;
         let sample_rate = Hertz(sdo.read(index::CHAIN, 1)?);
         let sample = sdo.read(index::BOARD, 2)?;
-        let start = sdo.read(index::BOARD, 6)?;
+        let start = sdo.read(index::BOARD, 8)?;
         let heartbeat_ms: u16 = sdo.read(index::HEARTBEAT, 0)?;
         let now = client.line.now();
         let doubled = self.followed.remove(&node).map_or_else(Vec::new, |before| before.doubled);
@@ -434,7 +434,7 @@ impl Watch {
         if let Some(serial) = read(index::IDENTITY, 4) {
             followed.sensor.serial = u32::from_le_bytes(serial);
         }
-        if let Some(start) = read(index::BOARD, 6) {
+        if let Some(start) = read(index::BOARD, 8) {
             followed.start = u32::from_le_bytes(start);
         }
         if let Some(rate) = read(index::CHAIN, 1).map(f32::from_le_bytes).filter(|rate| *rate > 0.0) {

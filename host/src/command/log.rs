@@ -153,7 +153,7 @@ fn identities(client: &mut Client) -> Result<Vec<Sensor>, ClientError> {
     };
     for sensor in &sensors {
         let mut sdo = client.sdo(sensor.node);
-        for (object, sub) in [(index::CHAIN, 1), (index::JUDGEMENT, 1), (index::JUDGEMENT, 3), (index::BOARD, 6)] {
+        for (object, sub) in [(index::CHAIN, 1), (index::JUDGEMENT, 1), (index::JUDGEMENT, 3), (index::BOARD, 8)] {
             // What does not answer now is missing from the log, and `monitor` then says that it does not know it.
             let _ = sdo.upload(object, sub);
         }
