@@ -151,8 +151,8 @@ mod tests {
                 let name =
                     if object.has_count() { std::format!("{}: {}", object.name, sub.name) } else { object.name.into() };
                 let pdo = match sub.pdo {
-                    zencan_node::common::objects::PdoMappable::Tpdo => "T",
-                    zencan_node::common::objects::PdoMappable::Rpdo => "R",
+                    zencan_common::objects::PdoMappable::Tpdo => "T",
+                    zencan_common::objects::PdoMappable::Rpdo => "R",
                     _ => "",
                 };
                 writeln!(

@@ -33,6 +33,7 @@ pub mod filter;
 pub mod idle;
 pub mod impact;
 pub mod limits;
+pub mod lss;
 pub mod node;
 pub mod onset;
 pub mod outbox;

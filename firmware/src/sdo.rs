@@ -19,7 +19,7 @@
 //! [`TIMEOUT_MS`] the transfer is aborted anyway. A transfer whose data changed under it is aborted, never patched.
 
 use heapless::Vec;
-use zencan_node::common::sdo::{AbortCode, BlockSegment, SdoRequest, SdoResponse};
+use zencan_common::sdo::{AbortCode, BlockSegment, SdoRequest, SdoResponse};
 
 /// Silence after which a transfer is given up, ms.
 pub const TIMEOUT_MS: u64 = 5_000;

@@ -1,8 +1,8 @@
 //! Reading and writing the dictionary: where each object's value lives.
 
-use zencan_node::common::nmt::NmtState;
-use zencan_node::common::objects::AccessType;
-use zencan_node::common::sdo::AbortCode;
+use zencan_common::nmt::NmtState;
+use zencan_common::objects::AccessType;
+use zencan_common::sdo::AbortCode;
 
 use super::frame::{ALARM_BASE, MASS_BASE, MassFrame, PARTS, Part};
 use super::object::{self, Object};
@@ -664,7 +664,7 @@ impl<const N: usize> Entries for View<'_, N> {
 
 #[cfg(test)]
 mod tests {
-    use zencan_node::common::objects::PdoMappable;
+    use zencan_common::objects::PdoMappable;
 
     use super::*;
 

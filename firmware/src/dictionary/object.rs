@@ -3,7 +3,7 @@
 //! This list is the single source: the SDO server answers from it, the manual's table and
 //! the EDS and DBC files are written from it.
 
-use zencan_node::common::objects::{AccessType, DataType, ObjectCode, PdoMappable, SubInfo};
+use zencan_common::objects::{AccessType, DataType, ObjectCode, PdoMappable, SubInfo};
 
 /// Text for manual, EDS file and people. It does not go onto the board, where nothing reads it and it would take 15 KiB.
 #[cfg(not(target_os = "none"))]

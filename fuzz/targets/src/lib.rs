@@ -12,7 +12,7 @@ use thud_firmware::capture::Captures;
 use thud_firmware::dictionary::event_record;
 use thud_firmware::dictionary::frame::{self, Alarm, Assembly, MassFrame, Part};
 use thud_firmware::emergency::Emergency;
-use thud_firmware::node::{CanOpenNode, NodeMemory};
+use thud_firmware::node::CanOpenNode;
 use thud_firmware::sdo::{Entries, Opened, SdoServer, Stream, TIMEOUT_MS, VALUE};
 use thud_firmware::shared::Shared;
 use thud_firmware::storage::Loaded;
@@ -130,10 +130,10 @@ thread_local! {
 
 impl Lab {
     fn new() -> Self {
-        let identity = Identity { serial: 7, hardware_revision: 0, reset_cause: ResetCause::PowerOn };
+        let identity = Identity { serial: 7, hardware_revision: 0, build: 0, reset_cause: ResetCause::PowerOn };
         let captures: &'static Captures<64> = Box::leak(Box::new(Captures::new()));
         let shared: &'static Shared<64> = Box::leak(Box::new(Shared::new(identity, Loaded::Nothing, captures)));
-        Self { node: CanOpenNode::new(shared, Box::leak(Box::new(NodeMemory::new()))), shared, now_ms: 0 }
+        Self { node: CanOpenNode::new(shared), shared, now_ms: 0 }
     }
 
     fn hear(&mut self, id: u16, bytes: &[u8]) {
