@@ -161,6 +161,23 @@ fn settings_take_effect_together_or_not_at_all() {
 }
 
 #[test]
+fn an_armed_sensor_is_disarmed_for_a_change_and_armed_again() {
+    let Some(lab) = Lab::new(43_711) else { return };
+    let mut bus = lab.bus();
+    bus.send(&Frame::new(0, &[1, 32]).unwrap()).unwrap();
+    let set = lab.json("configure.py", &["--region", "10", "--mass", "5.5"]);
+    assert_eq!((&set["Region"], &set["disarmed"]), (&10.into(), &true.into()));
+    let said = lab.failure("configure.py", &["--stiffness", "5"]);
+    assert!(said.contains("Body stiffness 5 is too low"), "{said}");
+    // It is armed: its heartbeat says Operational.
+    while bus.receive(Duration::from_millis(1)).unwrap().is_some() {}
+    let beat = std::iter::from_fn(|| bus.receive(Duration::from_secs(5)).unwrap())
+        .find(|stamped| stamped.frame.id == 0x720)
+        .unwrap();
+    assert_eq!(beat.frame.bytes(), [5]);
+}
+
+#[test]
 fn alarm_and_event_arrive_by_pdo_and_the_curve_by_both_transfers() {
     let Some(lab) = Lab::new(43_703) else { return };
     assert!(lab.failure("download.py", &[]).contains("hit the sensor first"));

@@ -13,6 +13,7 @@ use serde_json::{Value, json};
 use thud_firmware::dictionary::frame::{self, Alarm, MassFrame};
 use thud_firmware::emergency::{Emergency, Fault};
 use thud_firmware::event::{Event, Flags, Onset, Severity, Verdict};
+use thud_firmware::stream::{Samples, VALUES};
 use thud_firmware::units::{Hertz, Kilogram, Newton, NewtonSecond, SampleInstant, Second};
 
 mod python;
@@ -133,6 +134,20 @@ fn lines(seed: u64) -> String {
         lines.push(json!({
             "message": "Alarm", "data": hex(&Alarm::encode(&onset)),
             "is": {"Impact": onset.impact as u8, "Index": onset.noticed_at as u32, "Force": [force, "ForceOutOfRange"]},
+        }));
+        let forces = [(); VALUES].map(|()| {
+            let sign = if random.random_bool(0.5) { -1.0 } else { 1.0 };
+            sign * value(&mut random, 3276.6)
+        });
+        let streamed = forces.map(|force| match (force * 10.0).round() {
+            steps if steps >= 32_767.0 => json!("above_range"),
+            steps if steps <= -32_768.0 => json!("below_range"),
+            _ => json!([force, "itself"]),
+        });
+        let number: u16 = random.random();
+        lines.push(json!({
+            "message": "Samples", "data": hex(&Samples::encode(number, &forces)),
+            "is": {"Number": number, "Force1": streamed[0], "Force2": streamed[1], "Force3": streamed[2]},
         }));
         let fault = Fault::ALL[random.random_range(0..Fault::ALL.len())];
         let emergency =

@@ -224,7 +224,7 @@ fn a_refusal_by_the_real_firmware_leaves_revision_and_settings_as_they_were() {
     let mut wanted = Wanted::default();
     wanted.set("region", Raw::U8(10));
     wanted.set("onset multiple", Raw::F32(2.0));
-    let error = client.configure(NODE, &wanted).unwrap_err().to_string();
+    let error = client.configure(NODE, &wanted, None).unwrap_err().to_string();
     assert!(
         error.starts_with("onset multiple 2 times the noise is too low: 3 to 50 times the noise is permitted"),
         "{error}"

@@ -122,7 +122,7 @@ fn status_tells_who_is_there_and_how_it_is() {
     assert_eq!(sensor["stored_configuration"], "stored");
     assert!((0.2..0.4).contains(&number(&sensor["noise_N"])), "0.3 N rms are simulated: {sensor}");
     let losses = sensor["losses"].as_array().unwrap();
-    assert!(losses.len() == 12 && losses.iter().all(|loss| loss["count"] == 0), "{losses:?}");
+    assert!(losses.len() == 14 && losses.iter().all(|loss| loss["count"] == 0), "{losses:?}");
     let table = String::from_utf8(lab.run(&["status"]).stdout).unwrap();
     assert!(table.contains("77") && table.contains("chest"), "{table}");
 }
@@ -163,6 +163,63 @@ fn configuring_shows_old_and_new_and_a_refusal_changes_nothing() {
             ["effective mass", "6.1 kg", "4 kg"],
         ]
     );
+}
+
+#[test]
+fn an_armed_sensor_is_disarmed_for_the_change_and_armed_again() {
+    let lab = Lab::new(43_530);
+    let _sensor = lab.sensor(&[]);
+    let mut monitor = lab.start(&["monitor"], "Following node 32");
+    while lab.json(&["status"])["sensors"][0]["state"] != "operational" {}
+    let said = String::from_utf8(lab.run(&["configure", "--region", "chest"]).stdout).unwrap();
+    assert!(said.contains("was armed (Operational): it was disarmed for the change and is armed again"), "{said}");
+    let status = lab.json(&["status"]);
+    assert_eq!(
+        (&status["sensors"][0]["state"], &status["sensors"][0]["region"]),
+        (&"operational".into(), &"chest".into())
+    );
+    // A refusal arms it again as well.
+    lab.failure(&["configure", "--uncertainty", "7"]);
+    assert_eq!(lab.json(&["status"])["sensors"][0]["state"], "operational");
+    // Nothing to change: nothing is disarmed.
+    let said = String::from_utf8(lab.run(&["configure", "--region", "chest"]).stdout).unwrap();
+    assert!(said.contains("Nothing to change") && !said.contains("disarmed"), "{said}");
+    monitor.interrupt();
+    monitor.end();
+}
+
+#[test]
+fn a_locked_configuration_is_changed_with_its_key_only() {
+    let lab = Lab::new(43_531);
+    let _sensor = lab.sensor(&[]);
+    let (key, other) = (lab.file("cell.key"), lab.file("other.key"));
+    let said = String::from_utf8(lab.run(&["configure", "--region", "chest", "--lock", &key]).stdout).unwrap();
+    assert!(said.contains("is locked; only the key in"), "{said}");
+    assert_eq!(std::fs::read_to_string(&key).unwrap().trim().len(), 32);
+    assert_eq!(lab.json(&["status"])["sensors"][0]["locked"], true);
+
+    let refused = lab.failure(&["configure", "--region", "face"]);
+    assert!(refused.contains("the configuration of node 32 is locked, and no key was given"), "{refused}");
+    assert!(refused.contains("--key FILE; nothing was changed"), "{refused}");
+    std::fs::write(&other, "00112233445566778899aabbccddeeff").unwrap();
+    let refused = lab.failure(&["configure", "--region", "face", "--key", &other]);
+    assert!(refused.contains("and this is not its key"), "{refused}");
+    std::fs::write(&other, "rubbish").unwrap();
+    let refused = lab.failure(&["configure", "--region", "face", "--key", &other]);
+    assert!(refused.contains("is no key") && !refused.contains("rubbish"), "{refused}");
+    assert_eq!(lab.json(&["status"])["sensors"][0]["region"], "chest");
+
+    for region in ["face", "chest"] {
+        let done = lab.json(&["configure", "--region", region, "--mass", "6.1", "--key", &key]);
+        assert_eq!(done["stored"], true, "{done}");
+        assert_eq!(lab.json(&["status"])["sensors"][0]["region"], region);
+    }
+    // A value out of range is told as ever.
+    let refused = lab.failure(&["configure", "--stiffness", "1", "--key", &key]);
+    assert!(refused.contains("body stiffness 1 N/m is too low"), "{refused}");
+    let said = String::from_utf8(lab.run(&["configure", "--unlock", "--key", &key]).stdout).unwrap();
+    assert!(said.contains("The lock is removed"), "{said}");
+    lab.json(&["configure", "--region", "face"]);
 }
 
 #[test]
@@ -310,11 +367,18 @@ fn an_interrupted_monitor_still_writes_what_it_saw() {
 }
 
 #[test]
-fn a_transport_to_come_is_named() {
-    let output = Command::new(THUD).args(["status", "--bus", "can0"]).output().unwrap();
-    assert!(!output.status.success());
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(said.contains("SocketCAN (`can0`) is not supported yet"), "{said}");
+fn a_bus_that_is_not_there_is_said_with_the_remedy() {
+    for (bus, remedies) in [
+        ("vcan97", &["ip link add vcan97 type vcan", "this kernel has no CAN"][..]),
+        ("slcan:/dev/ttyACM97", &["is the adapter plugged in?"]),
+        ("log:/nowhere/at-all.log", &["a candump log is wanted"]),
+    ] {
+        let output = Command::new(THUD).args(["status", "--bus", bus]).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{bus}");
+        let said = String::from_utf8_lossy(&output.stderr).replace('│', " ");
+        let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(remedies.iter().any(|remedy| said.contains(remedy)), "{bus}: {said}");
+    }
 }
 
 /// Where a network namespace can be made: one with loopback alone carries no multicast until it is told to.

@@ -11,6 +11,8 @@ import canopen
 from bus import arguments, connect, fail, sensor, show
 
 APPLY, DISCARD = 1, 2
+# SDO aborts: the sensor is armed (Operational); its configuration is locked with a key, which `thud configure --key` has.
+ARMED, LOCKED = 0x08000022, 0x08000021
 REASONS = {1: "is too low", 2: "is too high", 3: "is no such value", 4: "contradicts another setting"}
 
 
@@ -36,21 +38,39 @@ def main():
         ("Effective mass settings", "Effective mass", options.mass),
     ]
     with connect(options) as network:
-        sdo = sensor(network, options).sdo
+        node = sensor(network, options)
+        sdo = node.sdo
         transaction = sdo["Configuration transaction"]
         before = transaction["Revision"].raw
-        try:
+
+        def change():
             for record, name, value in wanted:
                 if value is not None:
                     sdo[record][name].raw = value
             transaction["Command"].raw = APPLY
+
+        disarmed = False
+        try:
+            try:
+                change()
+            except canopen.SdoAbortedError as abort:
+                if abort.code != ARMED:
+                    raise
+                node.nmt.state, disarmed = "PRE-OPERATIONAL", True
+                change()
         except canopen.SdoAbortedError as abort:
+            if abort.code == LOCKED:
+                fail("the configuration is locked with a key; nothing was changed (SDO abort 0x08000021)")
             sentence = refusal(sdo)
             transaction["Command"].raw = DISCARD
             fail(f"{sentence} (SDO abort 0x{abort.code:08X})")
+        finally:
+            if disarmed:
+                node.nmt.state = "OPERATIONAL"
         # What is read back is what is active now.
         result = {name: sdo[record][name].raw for record, name, _ in wanted}
         result |= {"revision": transaction["Revision"].raw, "revision_before": before, "hash": transaction["Hash"].raw}
+        result["disarmed"] = disarmed
     show(options, result)
 
 

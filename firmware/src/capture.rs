@@ -10,9 +10,15 @@
 //! curve has not been evaluated or not been fetched, the curve is overwritten all the same, and that is counted
 //! ([`Captures::lost_curves`]): sensing goes before keeping.
 //!
+//! A curve that is being uploaded is not overwritten ([`Captures::reserve`]). An impact that ends meanwhile is evaluated from its
+//! own slot, which then becomes the ring again, so that events go on; its curve is gone, and counted. Between its end
+//! and its evaluation (25 to 150 ms on the board) there is no ring: an impact that begins within that time has no
+//! pre-trigger, and the one before it an event without values, marked `lost-samples`, should it not have been evaluated by
+//! then. A third slot would cure it and does not fit into the memory that the board grants.
+//!
 //! A reader that holds a [`Curve`] across such a moment reads nothing from then on; it never gets a mixture of two curves.
 
-use core::cell::RefCell;
+use core::cell::{Cell, RefCell};
 
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
@@ -65,6 +71,8 @@ pub struct LostCurves {
 pub struct Captures<const N: usize = CAPTURE> {
     slots: [Mutex<CriticalSectionRawMutex, RefCell<Slot<N>>>; 2],
     lost: Mutex<CriticalSectionRawMutex, RefCell<LostCurves>>,
+    /// One more than the slot that must not be overwritten; 0 none.
+    reserved: Mutex<CriticalSectionRawMutex, Cell<u8>>,
 }
 
 /// What a slot is doing. With this representation an empty slot is all zeros: on the board it lies in memory that is zeroed at
@@ -90,10 +98,23 @@ struct Slot<const N: usize> {
     len: usize,
     /// Number of the curve's first sample since power-up.
     first_index: u64,
+    /// Finished, and the ring again as soon as it has been evaluated, because the other slot is reserved.
+    returns: bool,
+    /// Number of the next sample, while it is neither ring nor filling and yet the slot that is written to.
+    next_index: u64,
 }
 
 impl<const N: usize> Slot<N> {
-    const EMPTY: Self = Self { codes: [0; N], used_for: Use::Ring, generation: 0, start: 0, len: 0, first_index: 0 };
+    const EMPTY: Self = Self {
+        codes: [0; N],
+        used_for: Use::Ring,
+        generation: 0,
+        start: 0,
+        len: 0,
+        first_index: 0,
+        returns: false,
+        next_index: 0,
+    };
 
     fn place(&self, offset: usize) -> usize {
         let place = self.start + offset;
@@ -106,6 +127,7 @@ impl<const N: usize> Slot<N> {
         self.start = 0;
         self.len = 0;
         self.first_index = next_index;
+        self.returns = false;
     }
 
     fn drop_front(&mut self, count: usize) {
@@ -117,7 +139,10 @@ impl<const N: usize> Slot<N> {
 
     fn append(&mut self, codes: &[AdcCode]) {
         let codes = match self.used_for {
-            Use::Finished { .. } => return,
+            Use::Finished { .. } => {
+                self.next_index += codes.len() as u64;
+                return;
+            }
             Use::Filling => &codes[..codes.len().min(N - self.len)],
             Use::Ring => {
                 self.drop_front((self.len + codes.len()).saturating_sub(N));
@@ -154,6 +179,7 @@ impl<const N: usize> Captures<N> {
         Self {
             slots: [const { Mutex::new(RefCell::new(Slot::EMPTY)) }; 2],
             lost: Mutex::new(RefCell::new(LostCurves { unevaluated: 0, unfetched: 0 })),
+            reserved: Mutex::new(Cell::new(0)),
         }
     }
 
@@ -170,6 +196,23 @@ impl<const N: usize> Captures<N> {
     /// Says that the curve in a slot has been evaluated: its impact has its events.
     pub fn mark_evaluated(&self, slot: SlotId) {
         self.mark(slot, |evaluated, _| *evaluated = true);
+        let lost = self.slot(slot).lock(|slot| {
+            let mut slot = slot.borrow_mut();
+            let returns = slot.returns;
+            if returns {
+                let next_index = slot.next_index;
+                slot.begin(next_index);
+            }
+            returns
+        });
+        if lost {
+            self.count(Use::Finished { evaluated: true, fetched: false });
+        }
+    }
+
+    /// Keeps the curve in this slot from being overwritten, and that of the other one no longer; `None` keeps none.
+    pub fn reserve(&self, slot: Option<SlotId>) {
+        self.reserved.lock(|reserved| reserved.set(slot.map_or(0, |slot| 1 + (slot.0 & 1))));
     }
 
     /// Says that the curve in a slot has been fetched by a host.
@@ -194,6 +237,12 @@ impl<const N: usize> Captures<N> {
     pub(crate) fn open(&self, slot: SlotId, onset: u64) -> u64 {
         self.slot(slot).lock(|slot| {
             let mut slot = slot.borrow_mut();
+            if let Use::Finished { .. } = slot.used_for {
+                // Not evaluated yet, and already the next impact: that one goes before.
+                let next_index = slot.next_index;
+                self.count(slot.used_for);
+                slot.begin(next_index);
+            }
             let wanted = onset.saturating_sub(pre_trigger(N) as u64);
             let surplus = wanted.saturating_sub(slot.first_index);
             slot.drop_front(usize::try_from(surplus).unwrap_or(usize::MAX));
@@ -208,13 +257,27 @@ impl<const N: usize> Captures<N> {
             slot.borrow_mut().used_for = Use::Finished { evaluated: false, fetched: false };
         });
         let other = SlotId(finished.0 ^ 1);
+        if self.reserved.lock(Cell::get) == 1 + (other.0 & 1) {
+            self.slot(finished).lock(|slot| {
+                let mut slot = slot.borrow_mut();
+                slot.returns = true;
+                slot.next_index = next_index;
+            });
+            return finished;
+        }
         let before = self.slot(other).lock(|slot| {
             let mut slot = slot.borrow_mut();
             let before = slot.used_for;
             slot.begin(next_index);
             before
         });
+        self.count(before);
         self.overlap(finished, other, next_index);
+        other
+    }
+
+    /// Counts a curve that goes, if somebody has not seen it yet.
+    fn count(&self, before: Use) {
         if let Use::Finished { evaluated, fetched } = before {
             self.lost.lock(|lost| {
                 let mut lost = lost.borrow_mut();
@@ -225,7 +288,6 @@ impl<const N: usize> Captures<N> {
                 }
             });
         }
-        other
     }
 
     /// Begins a ring with the end of the curve before it, where that reaches to `next_index`.
@@ -256,7 +318,7 @@ impl<const N: usize> Captures<N> {
             match slot.used_for {
                 Use::Ring => slot.begin(next_index),
                 Use::Filling => slot.used_for = Use::Finished { evaluated: false, fetched: false },
-                Use::Finished { .. } => {}
+                Use::Finished { .. } => slot.next_index = next_index,
             }
         });
     }
@@ -385,6 +447,58 @@ mod tests {
         assert_eq!(captures.finish(B, 200), A);
         captures.append(A, &codes(200..210));
         assert_eq!((captures.curve(A).first_index(), all(&captures.curve(A))), (200, codes(200..210)));
+    }
+
+    #[test]
+    fn a_reserved_curve_stays_while_impacts_go_on() {
+        let captures = Captures::<70>::new();
+        captures.append(A, &codes(0..30));
+        captures.open(A, 25);
+        assert_eq!(captures.finish(A, 30), B);
+        captures.mark_evaluated(A);
+        captures.reserve(Some(A));
+        let uploaded = captures.curve(A);
+        let mut next = 30;
+        for _ in 0..5 {
+            captures.append(B, &codes(next..next + 30));
+            assert_eq!(captures.open(B, u64::from(next) + 25), u64::from(next) + 15);
+            assert_eq!(captures.finish(B, u64::from(next) + 30), B, "the other one is reserved");
+            // While it waits for its evaluation, samples pass by.
+            captures.append(B, &codes(next + 30..next + 40));
+            assert_eq!(all(&captures.curve(B)), codes(next + 15..next + 30));
+            captures.mark_evaluated(B);
+            next += 40;
+        }
+        assert_eq!(captures.curve(B).first_index(), u64::from(next), "the ring goes on with the next sample");
+        assert_eq!(all(&uploaded), codes(15..30));
+        assert_eq!(captures.lost_curves(), LostCurves { unevaluated: 0, unfetched: 5 });
+        captures.reserve(None);
+        captures.append(B, &codes(next..next + 30));
+        captures.open(B, u64::from(next) + 25);
+        assert_eq!(captures.finish(B, u64::from(next) + 30), A);
+        assert_eq!(all(&uploaded), []);
+    }
+
+    #[test]
+    fn an_impact_before_the_last_one_was_evaluated_goes_before_it_and_that_is_counted() {
+        let captures = Captures::<70>::new();
+        captures.append(A, &codes(0..30));
+        captures.open(A, 25);
+        captures.finish(A, 30);
+        captures.mark_evaluated(A);
+        captures.reserve(Some(A));
+        captures.append(B, &codes(30..60));
+        captures.open(B, 55);
+        captures.finish(B, 60);
+        let unevaluated = captures.curve(B);
+        captures.append(B, &codes(60..70));
+        assert_eq!(captures.open(B, 69), 70);
+        captures.append(B, &codes(70..80));
+        assert_eq!((all(&unevaluated), all(&captures.curve(B))), (codes(0..0), codes(70..80)));
+        // Its evaluation, had it begun, marks nothing of the new curve.
+        captures.mark_evaluated(B);
+        assert_eq!(captures.finish(B, 80), B);
+        assert_eq!(captures.lost_curves(), LostCurves { unevaluated: 1, unfetched: 0 });
     }
 
     #[test]

@@ -310,22 +310,7 @@ impl<const N: usize> Detector<N> {
                 touched = &codes[place + 1..];
             }
         }
-        for code in touched {
-            let rest = self.idle.remove(self.calibration.force(*code));
-            let group_ends = self.idle.hold();
-            match &mut self.phase {
-                Phase::Start | Phase::Idle => {}
-                Phase::Open(open) => {
-                    let force = rest + self.idle.rest();
-                    open.take(force, self.next_index, group_ends, self.onset.release_level(), &self.spans);
-                }
-                Phase::Waiting(touch) => {
-                    let force = rest + self.idle.rest();
-                    touch.take(force, self.next_index, self.onset.release_level(), self.spans.still);
-                }
-            }
-            self.next_index += 1;
-        }
+        self.take_touched(touched);
         captures.append(self.slot, codes);
         if let Phase::Open(open) = &mut self.phase {
             if clips {
@@ -382,8 +367,10 @@ impl<const N: usize> Detector<N> {
             let mut found = None;
             for (place, code) in run.iter().enumerate() {
                 let rest = gathering.remove(self.calibration.force(*code));
-                gathering.learn(limited(rest, limit));
-                if self.onset.push(limited(rest + pull, limit)) {
+                let known = limited(rest, limit);
+                gathering.learn(known);
+                let counts = if pull < 0.0 { limited(rest + pull, limit) } else { known };
+                if self.onset.push(counts) {
                     found = Some((place, rest));
                     break;
                 }
@@ -404,6 +391,34 @@ impl<const N: usize> Detector<N> {
             self.next_index += run.len() as u64;
         }
         None
+    }
+
+    /// Takes samples while something touches, or may: nothing is learned from them. By runs, as [`Self::take_idle`].
+    fn take_touched(&mut self, codes: &[AdcCode]) {
+        let mut taken = 0;
+        while taken < codes.len() {
+            let until = self.idle.until_group_ends();
+            let run = &codes[taken..codes.len().min(taken + until)];
+            let release = self.onset.release_level();
+            let below = self.idle.rest();
+            let mut passing = self.idle.gathering();
+            let calibration = &self.calibration;
+            let forces = run.iter().map(|code| passing.remove(calibration.force(*code)) + below);
+            match &mut self.phase {
+                Phase::Start | Phase::Idle => forces.for_each(drop),
+                Phase::Open(open) => {
+                    open.take(forces, self.next_index, run.len() == until, release, &self.spans);
+                }
+                Phase::Waiting(touch) => {
+                    for (index, force) in (self.next_index..).zip(forces) {
+                        touch.take(force, index, release, self.spans.still);
+                    }
+                }
+            }
+            self.idle.hold(&passing, run.len());
+            taken += run.len();
+            self.next_index += run.len() as u64;
+        }
     }
 
     fn set_threshold(&mut self) {

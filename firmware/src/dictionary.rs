@@ -10,6 +10,11 @@
 //! 0x2011: which object, why, and what would be permitted. Settings read back as staged. An applied configuration is
 //! stored in flash as soon as no impact is open; "save" (0x1010:1) stores it again.
 //!
+//! Configuring is for a sensor that is not armed: while it is Operational, writing a setting, `apply`, "save" and "load" are refused
+//! with abort 0x08000022. With a key set (0x2012) they are refused with 0x08000021 in every state, and so are the PDOs' COB-IDs:
+//! settings then come as one signed change, see [`crate::configuration_lock`]. What is no configuration stays open: the
+//! effective mass, the stream, the heartbeat until the next reset, the event to be read, the error history.
+//!
 //! # PDOs
 //! Their mapping is fixed, so that they are decoded by table; [`frame`] is their one encoder and decoder.
 //! COB-IDs can be changed while the node is not Operational and last until the next reset.
@@ -22,13 +27,14 @@
 //! | TPDO 4 | 0x480 + node id | event: instant |
 //! | TPDO 5 | 0x300 + node id | event: course |
 //! | TPDO 6 | 0x400 + node id | event: mass |
+//! | TPDO 7 | 0x500 + node id | stream of samples, while 0x2020:1 is not 0 |
 //! | RPDO 1 | 0x200 + node id | effective mass of the robot |
 //!
 //! The alarm's default lies in 0x001–0x07F, which CiA 301 (table of restricted CAN-IDs) reserves. That is deliberate:
 //! the alarm must win against everything but an NMT command, SYNC, EMCY and TIME of other nodes included, and no
 //! permitted identifier does (the lowest for a PDO is 0x181, behind SYNC, EMCY and TIME). Nothing in CiA 301 or 302
 //! sends there; EN 50325-5 uses 0x001 alone, so a CANopen Safety network must not give a sensor node id 1. Where strict conformity is wanted, write 0x180 + node id
-//! to 0x1800:1. TPDO 5 and 6 borrow the identifiers of RPDO 2 and 3, which this device does not have.
+//! to 0x1800:1. TPDO 5 to 7 borrow the identifiers of RPDO 2 to 4, which this device does not have.
 #![doc = ""]
 #![doc = include_str!("dictionary/table.md")]
 
@@ -87,12 +93,18 @@ pub mod index {
     pub const TRANSACTION: u16 = 0x2010;
     /// Last refusal.
     pub const REFUSAL: u16 = 0x2011;
+    /// Configuration lock.
+    pub const LOCK: u16 = 0x2012;
+    /// Sample stream.
+    pub const STREAM: u16 = 0x2020;
     /// The latest alarm.
     pub const ALARM: u16 = 0x2100;
     /// Received effective mass.
     pub const RECEIVED_MASS: u16 = 0x2101;
     /// The latest event, part judgement; the other parts follow.
     pub const EVENT: u16 = 0x2110;
+    /// The latest frame of the stream.
+    pub const SAMPLES: u16 = 0x2120;
     /// Event log.
     pub const EVENT_LOG: u16 = 0x2200;
     /// First recording slot; the second follows.
@@ -139,8 +151,8 @@ mod tests {
                 let name =
                     if object.has_count() { std::format!("{}: {}", object.name, sub.name) } else { object.name.into() };
                 let pdo = match sub.pdo {
-                    zencan_node::common::objects::PdoMappable::Tpdo => "T",
-                    zencan_node::common::objects::PdoMappable::Rpdo => "R",
+                    zencan_common::objects::PdoMappable::Tpdo => "T",
+                    zencan_common::objects::PdoMappable::Rpdo => "R",
                     _ => "",
                 };
                 writeln!(

@@ -266,8 +266,7 @@ impl Idle {
         if self.armed() { f32::INFINITY } else { FIRST_LIMIT }
     }
 
-    /// Removes the predicted idle signal from a sample. Each sample must pass here once, followed by
-    /// [`Self::learn`] or [`Self::hold`].
+    /// Removes the predicted idle signal from a sample, which [`Self::learn`] must follow.
     #[inline]
     pub fn remove(&mut self, force: f32) -> f32 {
         let rest = force - self.prediction;
@@ -307,15 +306,13 @@ impl Idle {
         self.in_group >= self.group_length && self.end_group(threshold)
     }
 
-    /// Lets time pass without learning: something touches. True at the end of a group.
-    #[inline]
-    pub fn hold(&mut self) -> bool {
-        self.in_group += 1;
-        if self.in_group < self.group_length {
-            return false;
+    /// Lets samples pass without learning from them, not beyond the end of the group: something touches.
+    pub fn hold(&mut self, passing: &Gathering, samples: usize) {
+        self.prediction = passing.prediction;
+        self.in_group += samples as u32;
+        if self.in_group >= self.group_length {
+            self.next_group();
         }
-        self.next_group();
-        true
     }
 
     /// Discards what this block has gathered: an impact opens.
@@ -647,8 +644,9 @@ mod tests {
         let now = (3.0 * RATE) as u64;
         idle.skip(12_345);
         for n in now + 12_345..now + 12_845 {
-            let rest = idle.remove(signal(n as f64 / f64::from(RATE)) as f32);
-            idle.hold();
+            let mut passing = idle.gathering();
+            let rest = passing.remove(signal(n as f64 / f64::from(RATE)) as f32);
+            idle.hold(&passing, 1);
             assert!(rest.abs() < 0.02, "{rest} N");
         }
     }

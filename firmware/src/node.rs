@@ -1,7 +1,8 @@
 //! The CANopen node as a state machine without I/O: frames in, frames into the outbox.
 //!
 //! ```text
-//! frame ─┬─ NMT, LSS ──▶ zencan-node (states, boot-up, LSS slave)
+//! frame ─┬─ NMT ───────▶ state, boot-up
+//!        ├─ LSS ───────▶ lss::LssSlave
 //!        ├─ SDO ───────▶ sdo::SdoServer ──▶ dictionary
 //!        ├─ RPDO 1 ────▶ effective mass            (Operational only)
 //!        └─ TIME
@@ -11,27 +12,23 @@
 //!        └─ segments of a block upload, while there is room
 //! ```
 //!
-//! Kept from `zencan-node` 0.0.5: NMT, the LSS slave and boot-up. Done here beside it, because it has none or does
-//! it otherwise than CiA 301 says: the heartbeat (it reads the period only once), the boot-up message (it sends the state
-//! pre-operational instead of 0), EMCY, TIME, PDOs (it stores a PDO that came before the node was Operational and
-//! applies it later, and a TPDO's second value overwrites a first one that has not been sent) and SDO (see [`crate::sdo`]).
-//! A node id from LSS is checked here and takes effect at the reset of communication, as CiA 305 has it.
-//! Its mailboxes hold one frame; it is therefore processed after every single frame.
+//! Messages are those of `zencan-common`. Its node, `zencan-node` 0.0.5, is not used: it reads the heartbeat's period only once, sends
+//! the state pre-operational for boot-up instead of 0, has no EMCY and no TIME, stores a PDO that came before the node was
+//! Operational and applies it later, lets a TPDO's second value overwrite a first one that has not been sent; for its SDO server
+//! see [`crate::sdo`], for its LSS slave [`crate::lss`]. A node id from LSS takes effect at the reset of communication, as CiA 305 has
+//! it, because a master resets a node under its old id.
 
-use static_cell::StaticCell;
-use zencan_node::common::NodeId;
-use zencan_node::common::messages::{CanId, CanMessage};
-use zencan_node::common::nmt::NmtState;
-use zencan_node::common::objects::{ObjectCode, SubInfo};
-use zencan_node::object_dict::{ConstField, ODEntry, ProvidesSubObjects, SubObjectAccess};
-use zencan_node::priority_queue::PriorityQueue;
-use zencan_node::{Callbacks, Node, NodeMbox, NodeState};
+use zencan_common::lss::LssResponse;
+use zencan_common::messages::{LSS_RESP_ID, NmtCommandSpecifier};
+use zencan_common::nmt::NmtState;
 
 use crate::board::{Frame, ResetCause};
-use crate::dictionary::access::{NodeObjects, TIME_ID, TimeReceived, View};
+use crate::capture::SlotId;
+use crate::dictionary::access::{NodeObjects, STREAM_TPDO, TIME_ID, TimeReceived, View};
 use crate::dictionary::frame::{self, MassFrame, PARTS, Part};
-use crate::dictionary::{PRODUCT_CODE, REVISION_NUMBER, index};
+use crate::dictionary::{PRODUCT_CODE, REVISION_NUMBER};
 use crate::emergency::Fault;
+use crate::lss::{Asked, LssSlave, NO_ID, NOT_STORED};
 use crate::sdo::SdoServer;
 use crate::shared::{Report, Shared};
 use crate::storage::Loaded;
@@ -39,120 +36,39 @@ use crate::storage::Loaded;
 const NMT_ID: u16 = 0x000;
 const LSS_REQUEST: u16 = 0x7E5;
 const LSS_RESPONSE: u16 = 0x7E4;
-/// LSS "store configuration", CiA 305.
-const LSS_STORE: u8 = 0x17;
-/// LSS "configure node id" and the error of an id that no node can have, CiA 305.
-const LSS_NODE_ID: u8 = 0x11;
-const LSS_OUT_OF_RANGE: u8 = 1;
+/// A curve is kept for its upload this long: 4 096 segments one by one over a slow adapter take half a minute.
+const LONGEST_UPLOAD_MS: u64 = 60_000;
 /// SDO frames that may wait in the outbox at once; more would only wait there instead of in the capture.
 const SDO_WINDOW: usize = 4;
-
-/// Memory that the node borrows for ever. A `static` on the board, `Box::leak` in a simulation of many sensors.
-pub struct NodeMemory {
-    queue: StaticCell<PriorityQueue<8, CanMessage>>,
-    mailbox: StaticCell<NodeMbox>,
-    state: StaticCell<NodeState<'static>>,
-    identity: StaticCell<IdentityObject>,
-    table: StaticCell<[ODEntry<'static>; 1]>,
-    stored: StaticCell<fn(NodeId)>,
-}
-
-impl NodeMemory {
-    /// Memory for one node.
-    #[must_use]
-    pub const fn new() -> Self {
-        Self {
-            queue: StaticCell::new(),
-            mailbox: StaticCell::new(),
-            state: StaticCell::new(),
-            identity: StaticCell::new(),
-            table: StaticCell::new(),
-            stored: StaticCell::new(),
-        }
-    }
-}
-
-impl Default for NodeMemory {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-/// The identity object as the LSS slave reads it.
-struct IdentityObject {
-    fields: [ConstField<4>; 4],
-}
-
-impl ProvidesSubObjects for IdentityObject {
-    fn get_sub_object(&self, sub: u8) -> Option<(SubInfo, &dyn SubObjectAccess)> {
-        let field = self.fields.get(usize::from(sub).checked_sub(1)?)?;
-        Some((SubInfo::new_u32(), field))
-    }
-
-    fn object_code(&self) -> ObjectCode {
-        ObjectCode::Record
-    }
-}
 
 /// The node.
 pub struct CanOpenNode<const N: usize> {
     shared: &'static Shared<N>,
-    zencan: Node<'static>,
-    mailbox: &'static NodeMbox,
+    lss: LssSlave,
     objects: NodeObjects,
     sdo: SdoServer,
     next_heartbeat_ms: u64,
     /// Number of the next event to be sent.
     next_event: u32,
-    /// Node id that the LSS request being answered asks for, or the error that it gets.
-    asked_id: Option<Result<u8, u8>>,
-    /// Node id assigned over LSS that holds from the next reset of communication on; 255 for none.
-    pending_id: Option<u8>,
-}
-
-/// Whether an NMT or LSS frame has the length and, for LSS fast scan, the fields that CiA 301 and 305 give it; `zencan-node` relies
-/// on both.
-fn is_sound(frame: &Frame) -> bool {
-    match (frame.id, frame.bytes()) {
-        (NMT_ID, bytes) => bytes.len() == 2,
-        // Fast scan: bit checked, LSS sub, LSS next.
-        (_, &[0x51, _, _, _, _, bit, sub, next]) => (bit < 32 || bit == 0x80) && sub < 4 && next < 4,
-        (_, bytes) => bytes.len() == 8,
-    }
+    /// Slot whose curve is being uploaded, and since when.
+    reserved: Option<(u8, u64)>,
+    /// Node id assigned over LSS, or none, that holds from the next reset of communication on.
+    pending_id: Option<Option<u8>>,
 }
 
 impl<const N: usize> CanOpenNode<N> {
     /// A node that boots up with the active configuration's node id.
-    ///
-    /// # Panics
-    /// When `memory` already holds a node.
     #[must_use]
-    pub fn new(shared: &'static Shared<N>, memory: &'static NodeMemory) -> Self {
+    pub fn new(shared: &'static Shared<N>) -> Self {
         let settings = shared.active().configuration.node;
-        let numbers = [0, PRODUCT_CODE, REVISION_NUMBER, shared.identity.serial];
-        let identity = memory
-            .identity
-            .init(IdentityObject { fields: numbers.map(|number| ConstField::new(number.to_le_bytes())) });
-        let table = memory.table.init([ODEntry { index: index::IDENTITY, data: identity }]);
-        let queue = memory.queue.init(PriorityQueue::new());
-        let mailbox: &'static NodeMbox = memory.mailbox.init(NodeMbox::new(&[], &[], queue, &mut []));
-        let state: &'static NodeState<'static> = memory.state.init(NodeState::new(&[], &[]));
-        let callbacks = Callbacks {
-            // Says that storing is supported; what is stored is seen in the answer, see `sent_by_zencan`.
-            store_node_config: Some(memory.stored.init(|_| ())),
-            ..Callbacks::new()
-        };
-        let node_id = NodeId::new(settings.node_id).unwrap_or(NodeId::Unconfigured);
-        let zencan = Node::new(node_id, callbacks, mailbox, state, table);
         let mut node = Self {
             shared,
-            zencan,
-            mailbox,
+            lss: LssSlave::new([0, PRODUCT_CODE, REVISION_NUMBER, shared.identity.serial]),
             objects: NodeObjects::new(settings),
             sdo: SdoServer::new(),
             next_heartbeat_ms: 0,
             next_event: 1,
-            asked_id: None,
+            reserved: None,
             pending_id: None,
         };
         match shared.identity.reset_cause {
@@ -163,7 +79,7 @@ impl<const N: usize> CanOpenNode<N> {
         if shared.loaded == Loaded::Unreadable {
             shared.report(Report::Raised(Fault::Configuration, 0));
         }
-        node.pump(0);
+        node.boot(Some(settings.node_id), 0);
         node
     }
 
@@ -183,26 +99,16 @@ impl<const N: usize> CanOpenNode<N> {
     pub fn receive(&mut self, frame: &Frame, now_ms: u64) {
         let own = |base: u16| self.objects.node_id.is_some_and(|id| frame.id == base + u16::from(id));
         let operational = self.objects.nmt == NmtState::Operational;
-        if matches!(frame.id, NMT_ID | LSS_REQUEST) {
-            if !is_sound(frame) {
-                return;
+        if frame.id == NMT_ID {
+            if let &[command, to] = frame.bytes() {
+                self.command(command, to, now_ms);
             }
-            let mut frame = *frame;
-            // The stack takes any byte for a node id (0 and 128 to 254 too, which would leave it without one), and at once, where CiA
-            // 305 has a node that has an id keep it until its communication is reset: a master resets it under the old one. So
-            // the stack is asked to set the id that it has, for its answer, which comes in the configuration state only.
-            self.asked_id = None;
-            if frame.id == LSS_REQUEST && frame.data[0] == LSS_NODE_ID {
-                let possible = matches!(frame.data[1], 1..=127 | 255);
-                if !possible || self.objects.node_id.is_some() {
-                    self.asked_id = Some(if possible { Ok(frame.data[1]) } else { Err(LSS_OUT_OF_RANGE) });
-                    frame.data[1] = self.zencan.node_id();
-                }
+        } else if frame.id == LSS_REQUEST {
+            let asked =
+                frame.bytes().try_into().ok().and_then(|request| self.lss.receive(request, self.objects.node_id));
+            if let Some(asked) = asked {
+                self.serve_lss(asked, now_ms);
             }
-            let message = CanMessage::new(CanId::std(frame.id), frame.bytes());
-            // A malformed one is handed back; there is nobody to tell.
-            let _ = self.mailbox.store_message(message);
-            self.pump(now_ms);
         } else if own(0x600) {
             // CiA 301: no SDO while stopped.
             if self.objects.nmt != NmtState::Stopped {
@@ -210,6 +116,7 @@ impl<const N: usize> CanOpenNode<N> {
                 let answer = self.sdo.receive(frame.bytes(), now_ms, &mut view);
                 self.answer(answer);
                 self.route();
+                self.reserve(now_ms);
             }
         } else if operational && self.objects.rpdo.id() == Some(frame.id) {
             match MassFrame::decode(frame.bytes()) {
@@ -240,6 +147,7 @@ impl<const N: usize> CanOpenNode<N> {
         let expired = self.sdo.expire(now_ms);
         self.answer(expired);
         self.send_segments(now_ms);
+        self.reserve(now_ms);
     }
 
     /// When [`Self::poll`] is due again at the latest, ms.
@@ -249,29 +157,24 @@ impl<const N: usize> CanOpenNode<N> {
         if self.objects.heartbeat_ms == 0 { idle } else { self.next_heartbeat_ms.clamp(now_ms + 1, idle) }
     }
 
-    /// Lets the stack work until it has nothing more to say.
-    fn pump(&mut self, now_ms: u64) {
-        // A reset and a new node id take effect in the pass after the one that learns of them.
-        for _ in 0..4 {
-            self.zencan.process(now_ms * 1000);
-            if self.zencan.nmt_state() == NmtState::Bootup {
-                let node = self.shared.active().configuration.node;
-                let id = self.pending_id.take().unwrap_or(node.node_id);
-                self.sdo.reset();
-                self.objects.reset_communication(Some(id).filter(|id| (1..=127).contains(id)), node.heartbeat_ms);
-                self.zencan.set_node_id(NodeId::new(id).unwrap_or(NodeId::Unconfigured));
-            }
-            let id = Some(self.zencan.node_id()).filter(|id| (1..=127).contains(id));
-            if id != self.objects.node_id && self.zencan.nmt_state() != NmtState::Bootup {
-                self.sdo.reset();
-                self.objects.reset_communication(id, self.objects.heartbeat_ms);
-            }
-            while let Some(message) = self.mailbox.next_transmit_message() {
-                self.sent_by_zencan(&message, now_ms);
-            }
+    /// Obeys an NMT command to this node or to all.
+    fn command(&mut self, command: u8, to: u8, now_ms: u64) {
+        // Without an id there is nobody whom a command could mean, and all are those that have one.
+        if self.objects.node_id.is_none_or(|id| to != 0 && to != id) {
+            return;
         }
+        let Ok(command) = NmtCommandSpecifier::from_byte(command) else { return };
         let before = self.objects.nmt;
-        self.objects.nmt = self.zencan.nmt_state();
+        self.objects.nmt = match command {
+            NmtCommandSpecifier::Start => NmtState::Operational,
+            NmtCommandSpecifier::Stop => NmtState::Stopped,
+            NmtCommandSpecifier::EnterPreOp => NmtState::PreOperational,
+            NmtCommandSpecifier::ResetApp | NmtCommandSpecifier::ResetComm => {
+                let stored = Some(self.shared.active().configuration.node.node_id);
+                let id = self.pending_id.take().unwrap_or(stored);
+                return self.boot(id, now_ms);
+            }
+        };
         if before != NmtState::Operational && self.objects.nmt == NmtState::Operational {
             // What happened before stays in the log; what happens from now on is sent.
             self.next_event = self.shared.log.lock(|log| log.borrow().next_number());
@@ -279,41 +182,71 @@ impl<const N: usize> CanOpenNode<N> {
         self.route();
     }
 
-    fn sent_by_zencan(&mut self, message: &CanMessage, now_ms: u64) {
-        let id = message.id().raw() as u16;
-        let Some(mut frame) = Frame::new(id, message.data()) else { return };
-        if id & !0x7F == 0x700 {
-            // The only such message that it sends is the boot-up: state 0, and no number of a state.
-            frame.data[0] = 0;
-            self.next_heartbeat_ms = now_ms + u64::from(self.objects.heartbeat_ms);
+    /// Resets communication and says so by the boot-up message, with the node id that holds from now on.
+    fn boot(&mut self, node_id: Option<u8>, now_ms: u64) {
+        let heartbeat_ms = self.shared.active().configuration.node.heartbeat_ms;
+        self.sdo.reset();
+        self.objects.reset_communication(node_id.filter(|id| (1..=127).contains(id)), heartbeat_ms);
+        self.objects.nmt = NmtState::PreOperational;
+        self.next_heartbeat_ms = now_ms + u64::from(heartbeat_ms);
+        if let Some(frame) = self.objects.node_id.and_then(|id| Frame::new(0x700 + u16::from(id), &[0])) {
+            // Refused only when the outbox is full of more urgent frames; it counts that.
+            let _ = self.shared.send(frame);
         }
-        if id == LSS_RESPONSE && frame.data[0] == LSS_NODE_ID {
-            match self.asked_id.take() {
-                Some(Ok(node_id)) => self.pending_id = Some(node_id),
-                Some(Err(error)) => frame.data[1] = error,
-                None => {}
-            }
-        }
-        if id == LSS_RESPONSE && frame.data[..2] == [LSS_STORE, 0] {
-            let node_id = self.pending_id.unwrap_or(self.zencan.node_id());
-            let applied = self.shared.settings.lock(|settings| settings.borrow_mut().assign_node_id(node_id));
-            match applied {
-                Ok(stamped) => {
-                    self.shared.configure.signal(stamped);
-                    self.shared.store.signal(());
-                }
-                // CiA 305: error 2, the storage medium could not be accessed.
-                Err(_) => frame.data[1] = 2,
-            }
-        }
-        // Refused only when the outbox is full of more urgent frames; it counts that.
-        let _ = self.shared.send(frame);
+        self.route();
     }
 
-    /// Says to the sampler where alarms go.
+    fn serve_lss(&mut self, asked: Asked, now_ms: u64) {
+        let answer = match asked {
+            Asked::Answer(answer) => answer,
+            Asked::NodeId(id) => {
+                self.pending_id = Some(id);
+                LssResponse::ConfigureNodeIdAck { error: 0, spec_error: 0 }
+            }
+            Asked::Store => {
+                let error = if self.store_node_id() { 0 } else { NOT_STORED };
+                LssResponse::StoreConfigurationAck { error, spec_error: 0 }
+            }
+        };
+        if let Some(frame) = Frame::new(LSS_RESPONSE, answer.to_can_message(LSS_RESP_ID).data()) {
+            // Refused only when the outbox is full of more urgent frames; the master then runs into its timeout.
+            let _ = self.shared.send(frame);
+        }
+        // A node without an id has nothing to go on with under it.
+        if let (None, Some(Some(id))) = (self.objects.node_id, self.pending_id) {
+            self.pending_id = None;
+            self.boot(Some(id), now_ms);
+        }
+    }
+
+    /// Takes the node id into the stored configuration. It is configuration like any other: not while armed, not without the key.
+    fn store_node_id(&self) -> bool {
+        let node_id = self.pending_id.unwrap_or(self.objects.node_id).unwrap_or(NO_ID);
+        let may = self.objects.nmt != NmtState::Operational && self.shared.lock().is_some_and(|lock| !lock.is_locked());
+        let applied = may.then(|| self.shared.settings.lock(|settings| settings.borrow_mut().assign_node_id(node_id)));
+        let Some(Ok(stamped)) = applied else { return false };
+        self.shared.configure.signal(stamped);
+        self.shared.store.signal(());
+        true
+    }
+
+    /// Says to the sampler where alarms and the stream go.
     fn route(&self) {
         let sends = self.objects.nmt == NmtState::Operational;
         self.shared.route_alarm(self.objects.tpdos[0].id().filter(|_| sends));
+        let streams = sends && self.objects.decimation > 0;
+        let stream = self.objects.tpdos[STREAM_TPDO].id().filter(|_| streams);
+        self.shared.route_stream(stream.map(|id| (self.objects.decimation, id)));
+    }
+
+    /// The curve that is being uploaded stays until that is over.
+    fn reserve(&mut self, now_ms: u64) {
+        let uploaded = self.sdo.stream().map(|stream| stream.slot);
+        if uploaded != self.reserved.map(|(slot, _)| slot) {
+            self.reserved = uploaded.map(|slot| (slot, now_ms));
+        }
+        let patient = self.reserved.filter(|(_, since)| now_ms.saturating_sub(*since) < LONGEST_UPLOAD_MS);
+        self.shared.captures.reserve(patient.map(|(slot, _)| SlotId(slot)));
     }
 
     fn answer(&self, answer: Option<[u8; 8]>) {
@@ -348,8 +281,11 @@ impl<const N: usize> CanOpenNode<N> {
             // An event goes out whole or waits in the log; and it waits for the one before, because the outbox goes by
             // identifier: the first parts of a burst would overtake the last parts of what happened earlier.
             let ids = self.objects.tpdos.map(|pdo| pdo.id());
+            let least_urgent = ids[1..STREAM_TPDO].iter().flatten().max().copied().unwrap_or(0);
             let may = self.shared.with_outbox(|outbox| {
-                outbox.room() >= PARTS && ids[1..].iter().flatten().all(|id| outbox.waiting(*id) == 0)
+                // Bulk that others on the bus keep from being sent gives way.
+                outbox.room_for(least_urgent) >= PARTS
+                    && ids[1..STREAM_TPDO].iter().flatten().all(|id| outbox.waiting(*id) == 0)
             });
             if !may {
                 return;
@@ -391,7 +327,9 @@ impl<const N: usize> CanOpenNode<N> {
             NmtState::Operational => 5,
             _ => 127,
         };
-        if let Some(frame) = Frame::new(0x700 + u16::from(id), &[state]) {
+        // One that still waits says the same: on a bus that has no room for them, they must not fill the outbox.
+        let waits = self.shared.with_outbox(|outbox| outbox.waiting(0x700 + u16::from(id)) > 0);
+        if let Some(frame) = Frame::new(0x700 + u16::from(id), &[state]).filter(|_| !waits) {
             let _ = self.shared.send(frame);
         }
         // In step with the first one, unless a whole period was missed.
@@ -431,7 +369,7 @@ mod tests {
         let identity = Identity { serial: SERIAL, hardware_revision: 1, build: 0, reset_cause: ResetCause::Watchdog };
         let captures = Box::leak(Box::new(Captures::new()));
         let shared = Box::leak(Box::new(Shared::new(identity, Loaded::Unreadable, captures)));
-        (CanOpenNode::new(shared, Box::leak(Box::new(NodeMemory::new()))), shared)
+        (CanOpenNode::new(shared), shared)
     }
 
     fn sent(shared: &Shared<64>) -> Vec<Frame> {
@@ -521,7 +459,7 @@ mod tests {
         node.receive(&Frame::new(0, &[0x82, 0]).unwrap(), 0);
         assert_eq!(node.node_id(), None);
         assert_eq!(lss(&mut node, [0x04, 0, 0, 0, 0, 0, 0, 0]), [], "no heartbeat without an id");
-        // A bit and a field that do not exist, on which the stack would stumble.
+        // A bit and a field that do not exist, which are no part of an identity.
         assert_eq!(lss(&mut node, [0x51, 0, 0, 0, 0, 40, 0, 0]), []);
         assert_eq!(lss(&mut node, [0x51, 0, 0, 0, 0, 0, 9, 9]), []);
         let identity = [0, PRODUCT_CODE, REVISION_NUMBER, SERIAL];

@@ -14,6 +14,20 @@ use heapless::Vec;
 
 use crate::board::{CanTransmit, Frame};
 
+/// Identifiers from here on are bulk: stream, SDO, heartbeat. What is before them is events.
+const BULK: u16 = 0x500;
+/// Free mailboxes that a frame needs, of the three that controllers have: one stays free for the alarm, and one for events. Bulk that
+/// others on the bus keep out by their priority would otherwise keep events out of the mailboxes, whatever their own priority.
+const fn needed(frame: &Waiting) -> usize {
+    if frame.urgent {
+        1
+    } else if frame.frame.id < BULK {
+        2
+    } else {
+        3
+    }
+}
+
 /// Places that only urgent frames may take: an alarm and two faults.
 pub const RESERVED: usize = 3;
 
@@ -111,6 +125,13 @@ impl<const N: usize> Outbox<N> {
         (N - RESERVED).saturating_sub(self.waiting.len())
     }
 
+    /// How many more ordinary frames fit that are as urgent as this identifier or more, if less urgent ones give way.
+    #[must_use]
+    pub fn room_for(&self, id: u16) -> usize {
+        let before = self.waiting.iter().filter(|waiting| waiting.urgent || waiting.frame.id <= id).count();
+        (N - RESERVED).saturating_sub(before)
+    }
+
     /// How many frames of this identifier wait.
     #[must_use]
     pub fn waiting(&self, id: u16) -> usize {
@@ -152,14 +173,13 @@ impl<const N: usize> Outbox<N> {
         (0..self.waiting.len()).reduce(|a, b| if self.waiting[a].before(&self.waiting[b]) { a } else { b })
     }
 
-    /// Loads mailboxes while there are frames and room; the last free mailbox is for urgent frames only, so that an
-    /// alarm never waits behind frames of lower priority. Returns how many were loaded.
+    /// Loads mailboxes while there are frames and room; the last free mailbox is for urgent frames only and the last but one for
+    /// events, so that neither waits behind frames of lower priority. Returns how many were loaded.
     pub fn load(&mut self, can: &mut impl CanTransmit) -> usize {
         let mut loaded = 0;
         while let Some(first) = self.first() {
             let waiting = self.waiting[first];
-            let needed = if waiting.urgent { 1 } else { 2 };
-            if can.free() < needed || can.load(&waiting.frame).is_err() {
+            if can.free() < needed(&waiting) || can.load(&waiting.frame).is_err() {
                 break;
             }
             self.waiting.swap_remove(first);
@@ -208,6 +228,18 @@ mod tests {
         assert_eq!(outbox.losses(), Losses { evicted: 1, refused: 0 });
     }
 
+    #[test]
+    fn bulk_that_cannot_get_out_leaves_room_for_events() {
+        let mut outbox = Outbox::<12>::new();
+        while outbox.push(frame(0x720, 0)).is_ok() {}
+        assert_eq!((outbox.room(), outbox.room_for(0x4A0)), (0, 9));
+        for id in [0x2A0, 0x3A0, 0x4A0, 0x320, 0x420] {
+            outbox.push(frame(id, 0)).unwrap();
+        }
+        assert_eq!(outbox.room_for(0x4A0), 4);
+        assert_eq!(outbox.losses().evicted, 5);
+    }
+
     struct Mailboxes {
         free: usize,
         loaded: StdVec<Frame>,
@@ -228,16 +260,19 @@ mod tests {
     }
 
     #[test]
-    fn one_mailbox_stays_free_for_the_alarm() {
+    fn a_mailbox_stays_free_for_the_alarm_and_one_for_events() {
         let mut outbox = Outbox::<8>::new();
         let mut mailboxes = Mailboxes { free: 3, loaded: StdVec::new() };
         for mark in 0..4 {
             outbox.push(frame(0x5A0, mark)).unwrap();
         }
-        assert_eq!(outbox.load(&mut mailboxes), 2);
+        assert_eq!(outbox.load(&mut mailboxes), 1, "bulk only into empty mailboxes");
+        outbox.push(frame(0x2A0, 0)).unwrap();
+        outbox.push(frame(0x3A0, 0)).unwrap();
+        assert_eq!(outbox.load(&mut mailboxes), 1);
         outbox.push_urgent(frame(0x020, 0)).unwrap();
         assert_eq!(outbox.load(&mut mailboxes), 1);
-        assert_eq!(mailboxes.loaded[2].id, 0x020);
+        assert_eq!(mailboxes.loaded.iter().map(|frame| frame.id).collect::<StdVec<_>>(), [0x5A0, 0x2A0, 0x020]);
     }
 
     proptest! {

@@ -19,14 +19,16 @@
 //! [`TIMEOUT_MS`] the transfer is aborted anyway. A transfer whose data changed under it is aborted, never patched.
 
 use heapless::Vec;
-use zencan_node::common::sdo::{AbortCode, BlockSegment, SdoRequest, SdoResponse};
+use zencan_common::sdo::{AbortCode, BlockSegment, SdoRequest, SdoResponse};
 
 /// Silence after which a transfer is given up, ms.
 pub const TIMEOUT_MS: u64 = 5_000;
 /// Longest value that is copied at once when its upload begins, so that it cannot change meanwhile.
 pub const VALUE: usize = 128;
-/// Segments in a block that this server takes; [`VALUE`] bytes at least.
-const DOWNLOAD_BLOCK: u8 = 19;
+/// Segments in a block that this server takes: a signed change of every setting and the key fits into it.
+const DOWNLOAD_BLOCK: u8 = 26;
+/// Longest value that can be written.
+const LONGEST_WRITE: usize = DOWNLOAD_BLOCK as usize * SEGMENT;
 /// Bytes in a segment.
 const SEGMENT: usize = 7;
 
@@ -133,7 +135,7 @@ pub struct SdoServer {
     index: u16,
     sub: u8,
     source: Opened,
-    buffer: Vec<u8, { DOWNLOAD_BLOCK as usize * SEGMENT }>,
+    buffer: Vec<u8, LONGEST_WRITE>,
     heard_ms: u64,
 }
 
@@ -159,6 +161,15 @@ impl SdoServer {
     #[must_use]
     pub fn is_idle(&self) -> bool {
         matches!(self.state, State::Idle)
+    }
+
+    /// What is being uploaded in pieces.
+    #[must_use]
+    pub fn stream(&self) -> Option<Stream> {
+        match (&self.state, self.source) {
+            (State::Upload { .. } | State::BlockUpload(_), Opened::Stream(stream)) => Some(stream),
+            _ => None,
+        }
     }
 
     /// Takes a request; the answer, if there is one.
@@ -276,7 +287,7 @@ impl SdoServer {
                     let length = if s { 4 - usize::from(n) } else { 4 };
                     entries.write(index, sub, &data[..length])?;
                 } else {
-                    if s && u32::from_le_bytes(data) as usize > VALUE {
+                    if s && u32::from_le_bytes(data) as usize > LONGEST_WRITE {
                         return Err(AbortCode::DataTypeMismatchLengthHigh);
                     }
                     self.buffer.clear();
@@ -308,7 +319,7 @@ impl SdoServer {
             SdoRequest::InitiateBlockDownload { cc, s, index, sub, size } => {
                 self.begin(index, sub);
                 entries.writable(index, sub)?;
-                if s && size as usize > VALUE {
+                if s && size as usize > LONGEST_WRITE {
                     return Err(AbortCode::DataTypeMismatchLengthHigh);
                 }
                 self.buffer.clear();

@@ -22,14 +22,16 @@ use embassy_sync::signal::Signal;
 
 use crate::board::{BusStatus, Frame, Identity};
 use crate::capture::{Captures, SlotId};
+use crate::configuration_lock::ConfigurationLock;
 use crate::detector::{ImpactContext, Stamped};
-use crate::dictionary::frame::Alarm;
+use crate::dictionary::frame::{Alarm, PARTS};
 use crate::dictionary::settings::Settings;
 use crate::emergency::Fault;
 use crate::event::{Event, Onset};
 use crate::event_log::EventLog;
 use crate::outbox::{Full, Outbox};
 use crate::storage::Loaded;
+use crate::stream;
 use crate::units::{Hertz, Kilogram, Newton};
 
 /// Events that the log holds.
@@ -63,6 +65,10 @@ pub struct Counters {
     pub storage_failures: u32,
     /// Fault reports that found no room.
     pub faults_untold: u32,
+    /// Frames of the stream that gave way to more urgent ones.
+    pub stream_dropped: u32,
+    /// Changes of the configuration that were not signed by the key, or replayed.
+    pub changes_rejected: u32,
 }
 
 /// What the detector says about itself; object 0x2403.
@@ -157,6 +163,12 @@ pub struct Shared<const N: usize> {
     counters: Lock<Cell<Counters>>,
     alarm_id: Lock<Cell<Option<u16>>>,
     last_alarm: Lock<Cell<[u8; 8]>>,
+    /// Samples in a value of the stream (0 off) and where it goes.
+    streamed: Lock<Cell<(u16, u16)>>,
+    last_samples: Lock<Cell<[u8; 8]>>,
+    /// `None` until it has been read from flash.
+    configuration_lock: Lock<Cell<Option<ConfigurationLock>>>,
+    start: Lock<Cell<u32>>,
     alive: Lock<Cell<u8>>,
 }
 
@@ -184,6 +196,10 @@ impl<const N: usize> Shared<N> {
             counters: Mutex::new(Cell::new(Counters::default())),
             alarm_id: Mutex::new(Cell::new(None)),
             last_alarm: Mutex::new(Cell::new([0; 8])),
+            streamed: Mutex::new(Cell::new((0, 0))),
+            last_samples: Mutex::new(Cell::new([0; 8])),
+            configuration_lock: Mutex::new(Cell::new(None)),
+            start: Mutex::new(Cell::new(0)),
             alive: Mutex::new(Cell::new(0)),
         }
     }
@@ -272,6 +288,64 @@ impl<const N: usize> Shared<N> {
         self.alarm_id.lock(|cell| cell.set(id));
     }
 
+    /// Where the stream goes and how many samples a value of it has; `None` while it must not.
+    pub(crate) fn route_stream(&self, to: Option<(u16, u16)>) {
+        self.streamed.lock(|cell| cell.set(to.unwrap_or((0, 0))));
+    }
+
+    /// Samples in a value of the stream; 0 while there is none.
+    pub(crate) fn decimation(&self) -> u16 {
+        self.streamed.lock(|cell| cell.get().0)
+    }
+
+    /// Queues a frame of the stream, unless more urgent ones need the room.
+    pub(crate) fn send_samples(&self, data: [u8; 8]) {
+        let (decimation, id) = self.streamed.lock(Cell::get);
+        let Some(frame) = Frame::new(id, &data).filter(|_| decimation > 0) else { return };
+        self.last_samples.lock(|last| last.set(data));
+        let queued = self.outbox.lock(|outbox| {
+            let mut outbox = outbox.borrow_mut();
+            // What an event takes stays free, and an upload gets its turn.
+            let may = outbox.waiting(id) < stream::WAITING && outbox.room() > PARTS;
+            may && outbox.push(frame).is_ok()
+        });
+        if queued {
+            self.outbox_filled.signal(());
+        } else {
+            self.count(|counters| counters.stream_dropped = counters.stream_dropped.saturating_add(1));
+        }
+    }
+
+    pub(crate) fn last_samples(&self) -> [u8; 8] {
+        self.last_samples.lock(Cell::get)
+    }
+
+    /// The lock on the configuration; `None` until it has been read from flash.
+    #[must_use]
+    pub fn lock(&self) -> Option<ConfigurationLock> {
+        self.configuration_lock.lock(Cell::get)
+    }
+
+    pub(crate) fn with_lock<R>(&self, with: impl FnOnce(&mut Option<ConfigurationLock>) -> R) -> R {
+        self.configuration_lock.lock(|cell| {
+            let mut lock = cell.get();
+            let result = with(&mut lock);
+            cell.set(lock);
+            result
+        })
+    }
+
+    /// How often the board has started, this time included; 0 until that has been read from flash. Event numbers begin anew
+    /// with each start.
+    #[must_use]
+    pub fn start(&self) -> u32 {
+        self.start.lock(Cell::get)
+    }
+
+    pub(crate) fn set_start(&self, start: u32) {
+        self.start.lock(|cell| cell.set(start));
+    }
+
     /// Tells the node about a fault.
     pub(crate) fn report(&self, report: Report) {
         if self.reports.try_send(report).is_err() {
@@ -290,6 +364,12 @@ impl<const N: usize> Shared<N> {
         let queued = self.outbox.lock(|outbox| outbox.borrow_mut().push_urgent(frame));
         self.outbox_filled.signal(());
         queued
+    }
+
+    /// Empties the outbox and says how many frames waited, as a board without a bus would; for fuzzing.
+    #[doc(hidden)]
+    pub fn forget_frames(&self) -> usize {
+        self.with_outbox(|outbox| core::iter::from_fn(|| outbox.pop()).count())
     }
 
     pub(crate) fn with_outbox<R>(&self, with: impl FnOnce(&mut Outbox<OUTBOX>) -> R) -> R {

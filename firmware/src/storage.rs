@@ -10,6 +10,8 @@
 //! | 5 | … | the configuration, postcard |
 //! | end − 4 | u32 | CRC-32 (ISO-HDLC) of everything before |
 //!
+//! Beside it the lock ([`ConfigurationLock`]) and the count of starts, under keys of their own.
+//!
 //! Little-endian. The hash of a configuration is the CRC-32 of its postcard bytes, so that the same settings have the same
 //! hash on every device. A record of another version is not guessed at: it reads as [`Loaded::Unreadable`] and the
 //! defaults are used, which is told by EMCY.
@@ -23,6 +25,7 @@ use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
 
 use crate::configuration::Configuration;
+use crate::configuration_lock::ConfigurationLock;
 use crate::detector::Stamped;
 
 /// Version of the stored layout; changes with [`Configuration`].
@@ -30,6 +33,10 @@ pub const VERSION: u8 = 2;
 
 const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 const KEY: u8 = 1;
+/// The lock on the configuration.
+const LOCK: u8 = 2;
+/// How often the board has started: UNSIGNED32 and its complement.
+const STARTS: u8 = 3;
 /// Room for a record with its key, a multiple of every flash word up to 32 bytes.
 const RECORD: usize = 192;
 
@@ -78,6 +85,64 @@ pub enum NotStored {
     ReadBack,
 }
 
+/// What a walk over all records found.
+struct Found {
+    configuration: Loaded,
+    lock: Option<ConfigurationLock>,
+    /// A record under the lock's key that is none.
+    no_lock: bool,
+    starts: u32,
+    /// The walk broke off, or could not begin.
+    failed: bool,
+}
+
+impl Default for Found {
+    fn default() -> Self {
+        Self { configuration: Loaded::Nothing, lock: None, no_lock: false, starts: 0, failed: false }
+    }
+}
+
+impl Found {
+    fn take(&mut self, key: u8, record: &[u8]) {
+        match key {
+            KEY => match (decode(record), self.configuration) {
+                (Some(found), Loaded::Found(best)) if found.revision < best.revision => {}
+                (Some(found), _) => self.configuration = Loaded::Found(found),
+                (None, Loaded::Nothing) => self.configuration = Loaded::Unreadable,
+                (None, _) => {}
+            },
+            LOCK => match ConfigurationLock::decode(record) {
+                Some(found) if self.lock.is_none_or(|best| found.counter() >= best.counter()) => {
+                    self.lock = Some(found)
+                }
+                Some(_) => {}
+                None => self.no_lock = true,
+            },
+            STARTS => {
+                if let [a, b, c, d, e, f, g, h] = *record
+                    && u32::from_le_bytes([a, b, c, d]) == !u32::from_le_bytes([e, f, g, h])
+                {
+                    self.starts = self.starts.max(u32::from_le_bytes([a, b, c, d]));
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn broken_off(mut self) -> Self {
+        self.failed = true;
+        if self.configuration == Loaded::Nothing {
+            self.configuration = Loaded::Unreadable;
+        }
+        self
+    }
+
+    fn lock(&self) -> Option<ConfigurationLock> {
+        let unknown = self.failed || self.no_lock && self.lock.is_none();
+        (!unknown).then_some(self.lock.unwrap_or(ConfigurationLock::OPEN))
+    }
+}
+
 /// The store over a range of flash pages, at least two.
 pub struct Store<F: NorFlash> {
     map: MapStorage<u8, F, Cache<Uncached, Uncached, Uncached, u8>>,
@@ -94,31 +159,8 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// Reads the configuration: among all records the valid one with the highest revision.
-    ///
-    /// Not simply the map's newest item: an erase that was cut short at the far end of a page makes the map take
-    /// that page for the one in use, and its last intact item for the newest.
     pub async fn load(&mut self) -> Loaded {
-        let mut buffer = [0; RECORD];
-        let mut newest = Loaded::Nothing;
-        // Fetching one item repairs a page whose erasing was cut short; in version 8.0.2 the walk over all does not.
-        if self.map.fetch_item::<&[u8]>(&mut buffer, &KEY).await.is_err() {
-            return Loaded::Unreadable;
-        }
-        let Ok(mut items) = self.map.fetch_all_items(&mut buffer).await else { return Loaded::Unreadable };
-        loop {
-            match items.next::<&[u8]>(&mut buffer).await {
-                Ok(Some((KEY, record))) => match (decode(record), newest) {
-                    (Some(found), Loaded::Found(best)) if found.revision < best.revision => {}
-                    (Some(found), _) => newest = Loaded::Found(found),
-                    (None, Loaded::Nothing) => newest = Loaded::Unreadable,
-                    (None, _) => {}
-                },
-                Ok(Some(_)) => {}
-                Ok(None) => return newest,
-                Err(_) if newest == Loaded::Nothing => return Loaded::Unreadable,
-                Err(_) => return newest,
-            }
-        }
+        self.scan().await.configuration
     }
 
     /// Writes the configuration and reads it back. A flash whose log is beyond repair is erased and tried once more.
@@ -126,20 +168,76 @@ impl<F: NorFlash> Store<F> {
     /// # Errors
     /// [`NotStored`]; the configuration that was stored before is then still there, unless the log was beyond repair.
     pub async fn save(&mut self, stamped: &Stamped) -> Result<(), NotStored> {
-        let mut buffer = [0; RECORD];
         let mut record = [0; RECORD];
         let length = encode(stamped, &mut record).ok_or(NotStored::ReadBack)?;
-        let record = &record[..length];
-        if let Err(error) = self.map.store_item(&mut buffer, &KEY, &record).await {
-            if !matches!(error, sequential_storage::Error::Corrupted { .. }) {
-                return Err(NotStored::Flash);
-            }
-            self.map.erase_all().await.map_err(|_| NotStored::Flash)?;
-            self.map.store_item(&mut buffer, &KEY, &record).await.map_err(|_| NotStored::Flash)?;
-        }
-        match self.load().await {
+        self.put(KEY, &record[..length]).await?;
+        match self.scan().await.configuration {
             Loaded::Found(found) if found == *stamped => Ok(()),
             _ => Err(NotStored::ReadBack),
+        }
+    }
+
+    /// Reads the lock: among all stored the one with the highest counter. `None` when something is there that is no lock of this
+    /// firmware, or flash failed: then nobody may change the configuration.
+    pub async fn load_lock(&mut self) -> Option<ConfigurationLock> {
+        self.scan().await.lock()
+    }
+
+    /// Writes the lock and reads it back.
+    ///
+    /// # Errors
+    /// [`NotStored`]; the lock that was stored before then still holds after a start.
+    pub async fn save_lock(&mut self, lock: &ConfigurationLock) -> Result<(), NotStored> {
+        self.put(LOCK, &lock.encode()).await?;
+        if self.scan().await.lock() == Some(*lock) { Ok(()) } else { Err(NotStored::ReadBack) }
+    }
+
+    /// Counts a start of the board: the lock, as [`Self::load_lock`], and how many starts there were, this one included; 0 when
+    /// flash failed.
+    pub async fn start(&mut self) -> (Option<ConfigurationLock>, u32) {
+        let found = self.scan().await;
+        let starts = found.starts.wrapping_add(1);
+        let mut record = [0; 8];
+        record[..4].copy_from_slice(&starts.to_le_bytes());
+        record[4..].copy_from_slice(&(!starts).to_le_bytes());
+        let counted = !found.failed && self.put(STARTS, &record).await.is_ok();
+        (found.lock(), if counted { starts } else { 0 })
+    }
+
+    /// Writes a record. A flash whose log is beyond repair is erased and tried once more.
+    async fn put(&mut self, key: u8, record: &[u8]) -> Result<(), NotStored> {
+        let mut buffer = [0; RECORD];
+        let mut erased = false;
+        loop {
+            match self.map.store_item(&mut buffer, &key, &record).await {
+                Ok(()) => return Ok(()),
+                Err(sequential_storage::Error::Corrupted { .. }) if !erased => {
+                    self.map.erase_all().await.map_err(|_| NotStored::Flash)?;
+                    erased = true;
+                }
+                Err(_) => return Err(NotStored::Flash),
+            }
+        }
+    }
+
+    /// Looks at every record.
+    ///
+    /// Not simply at the map's newest items: an erase that was cut short at the far end of a page makes the map take
+    /// that page for the one in use, and its last intact item for the newest.
+    async fn scan(&mut self) -> Found {
+        let mut buffer = [0; RECORD];
+        let mut found = Found::default();
+        // Fetching one item repairs a page whose erasing was cut short; in version 8.0.2 the walk over all does not.
+        if self.map.fetch_item::<&[u8]>(&mut buffer, &KEY).await.is_err() {
+            return found.broken_off();
+        }
+        let Ok(mut items) = self.map.fetch_all_items(&mut buffer).await else { return found.broken_off() };
+        loop {
+            match items.next::<&[u8]>(&mut buffer).await {
+                Ok(Some((key, record))) => found.take(key, record),
+                Ok(None) => return found,
+                Err(_) => return found.broken_off(),
+            }
         }
     }
 
@@ -302,11 +400,26 @@ mod tests {
     /// is cut at every single byte that it writes or erases.
     #[test]
     fn a_power_cut_at_any_byte_leaves_the_old_or_the_new_configuration() {
-        cut_everywhere(Mortal::new());
-        cut_everywhere(Mortal { backwards: true, ..Mortal::new() });
+        cut_everywhere(Mortal::new(), ConfigurationLock::OPEN);
+        cut_everywhere(Mortal { backwards: true, ..Mortal::new() }, ConfigurationLock::OPEN);
     }
 
-    fn cut_everywhere(mut flash: Mortal) {
+    /// And none opens a lock, or takes back its counter, or the count of starts.
+    #[test]
+    fn a_power_cut_at_any_byte_leaves_the_lock() {
+        let mut lock = ConfigurationLock::OPEN;
+        lock.set_key([7; 16]);
+        cut_everywhere(Mortal::new(), lock);
+        cut_everywhere(Mortal { backwards: true, ..Mortal::new() }, lock);
+    }
+
+    fn cut_everywhere(mut flash: Mortal, lock: ConfigurationLock) {
+        if lock.is_locked() {
+            let mut store = store(flash);
+            block_on(store.save_lock(&lock)).unwrap();
+            assert_eq!(block_on(store.start()), (Some(lock), 1));
+            flash = store.into_flash();
+        }
         let mut cuts = 0;
         // Long enough to go through both pages and their erasing twice.
         for revision in 1..=60 {
@@ -329,9 +442,15 @@ mod tests {
                     found == old || found == Loaded::Found(numbered(revision)),
                     "revision {revision} cut after {life} bytes: {found:?}"
                 );
-                // And life goes on.
+                assert_eq!(block_on(store.load_lock()), Some(lock), "revision {revision} cut after {life} bytes");
+                assert_eq!(block_on(store.scan()).starts, u32::from(lock.is_locked()));
+                // And life goes on; a closed lock is written before each configuration.
+                if lock.is_locked() {
+                    block_on(store.save_lock(&lock)).unwrap();
+                }
                 block_on(store.save(&numbered(1000 + revision))).unwrap();
                 assert_eq!(block_on(store.load()), Loaded::Found(numbered(1000 + revision)));
+                assert_eq!(block_on(store.load_lock()), Some(lock));
                 cuts += 1;
             }
             flash = whole;

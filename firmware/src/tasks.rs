@@ -20,7 +20,6 @@ use embassy_time::Duration;
 use embedded_storage_async::nor_flash::NorFlash;
 
 use crate::board::{CanReceive, CanSupervise, CanTransmit, Samples, Watchdog};
-use crate::node::NodeMemory;
 use crate::shared::Shared;
 use crate::storage::Store;
 
@@ -46,11 +45,7 @@ pub struct Board<S, R, T, C, W, F: NorFlash> {
 }
 
 /// All tasks of one sensor on one executor, as a simulation runs them.
-pub async fn run<S, R, T, C, W, F, const N: usize>(
-    board: Board<S, R, T, C, W, F>,
-    shared: &'static Shared<N>,
-    memory: &'static NodeMemory,
-) -> !
+pub async fn run<S, R, T, C, W, F, const N: usize>(board: Board<S, R, T, C, W, F>, shared: &'static Shared<N>) -> !
 where
     S: Samples,
     R: CanReceive,
@@ -63,7 +58,7 @@ where
         join5(
             sampler::run(board.samples, shared),
             transmit::run(board.transmit, shared),
-            node::run(board.receive, shared, memory),
+            node::run(board.receive, shared),
             evaluator::run(shared),
             storage::run(board.store, shared),
         ),

@@ -6,10 +6,12 @@ use bench::sdo::Abort;
 use bench::{Flash, with_sensor};
 use embassy_time::Duration;
 use thud_firmware::board::{BusState, Received};
+use thud_firmware::configuration_lock::{self, Key};
 use thud_firmware::dictionary::frame::{Alarm, Assembly, MassFrame, Part};
 use thud_firmware::dictionary::{APPLY, PRODUCT_CODE, SAVE, event_record, index};
 use thud_firmware::emergency::{Emergency, Fault};
 use thud_firmware::event::Verdict;
+use thud_firmware::stream::{Force, Samples};
 use thud_firmware::tasks::supervisor::{FIRST_PAUSE, PERIOD};
 use thud_firmware::units::Kilogram;
 
@@ -28,6 +30,8 @@ const NO_OBJECT: Abort = Abort(0x0602_0000);
 const NO_SUB: Abort = Abort(0x0609_0011);
 const TOO_LONG: Abort = Abort(0x0607_0012);
 const DEVICE_STATE: Abort = Abort(0x0800_0022);
+const TOO_SHORT: Abort = Abort(0x0607_0013);
+const LOCAL_CONTROL: Abort = Abort(0x0800_0021);
 const TIMEOUT: Abort = Abort(0x0504_0000);
 
 #[test]
@@ -230,18 +234,246 @@ fn the_alarm_passes_a_running_download_and_a_lost_segment_is_repeated() {
 }
 
 #[test]
-fn a_curve_that_is_overwritten_under_a_download_is_aborted_never_mixed() {
+fn a_curve_that_is_being_read_stays_and_events_go_on() {
     with_sensor(&Flash::new(), async |master| {
         master.wait(SETTLED).await;
         master.blow(20, 60.0);
         master.wait(1_500).await;
         let slot = master.slot_of(1).await;
-        for after in [100, 2_500] {
+        for after in [100, 2_500, 5_000] {
             master.blow(after, 70.0);
         }
-        assert_eq!(master.read_slowly(slot, 12, 3).await, Err(DEVICE_STATE));
-        assert_eq!(master.read_u32(index::LOSSES, 7).await, 1);
-        assert_eq!(master.read(slot, 1).await.unwrap(), [0], "the slot says that the curve is gone");
+        // 4 096 segments of 3 ms each: the three blows fall into it.
+        let curve = master.read_slowly(slot, 12, 3).await.unwrap();
+        assert_eq!(crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&curve), master.read_u32(slot, 5).await);
+        assert_eq!(master.read_u32(slot, 2).await, 1, "still the curve of the first impact");
+        assert_eq!(master.read_u32(index::EVENT_LOG, 2).await, 4, "each blow has its event");
+        for number in 2..=4u32 {
+            master.write(index::EVENT_LOG, 4, &number.to_le_bytes()).await.unwrap();
+            let event = event_record::decode(&master.read(index::EVENT_LOG, 5).await.unwrap()).unwrap();
+            assert!((event.peak.0 - 70.0).abs() < 0.5, "{event:?}");
+        }
+        assert_eq!(master.shared.captures.lost_curves().unevaluated, 0);
+        assert!(master.shared.captures.lost_curves().unfetched >= 2, "and that their curves are gone is counted");
+        // Nobody reads any more: the next impact has its curve again, in the other slot first.
+        master.blow(20, 50.0);
+        master.wait(2_000).await;
+        master.slot_of(5).await;
+    });
+}
+
+#[test]
+fn a_master_that_vanishes_with_a_curve_half_read_keeps_it_for_five_seconds_only() {
+    with_sensor(&Flash::new(), async |master| {
+        master.wait(SETTLED).await;
+        master.blow(20, 60.0);
+        master.wait(1_500).await;
+        let slot = master.slot_of(1).await;
+        let [low, high] = slot.to_le_bytes();
+        master.sdo([0x40, low, high, 12, 0, 0, 0, 0]).await;
+        master.wait(5_500).await;
+        for after in [20, 2_000] {
+            master.blow(after, 70.0);
+        }
+        master.wait(4_000).await;
+        assert_eq!(master.read_u32(index::EVENT_LOG, 2).await, 3);
+        master.slot_of(3).await;
+    });
+}
+
+#[test]
+fn an_armed_sensor_refuses_configuration_and_nothing_else() {
+    with_sensor(&Flash::new(), async |master| {
+        master.write(index::JUDGEMENT, 1, &[5]).await.unwrap();
+        master.nmt(START);
+        master.wait(1).await;
+        for (object, sub, value) in [
+            (index::JUDGEMENT, 1, &[4][..]),
+            (index::NODE, 1, &[9]),
+            (index::TRANSACTION, 1, &[APPLY]),
+            (index::STORE, 1, b"save"),
+            (index::RESTORE, 1, b"load"),
+            (index::TPDO_ALARM, 1, &[0x90, 1, 0, 0]),
+        ] {
+            assert_eq!(master.write(object, sub, value).await, Err(DEVICE_STATE), "0x{object:04X}");
+        }
+        assert_eq!(master.write_by_segments(index::LOCK, 4, &[1; 16]).await, Err(DEVICE_STATE));
+        assert_eq!(master.read(index::JUDGEMENT, 1).await.unwrap(), [5], "what was staged before is still there");
+        for (object, sub, value) in [
+            (index::RECEIVED_MASS, 1, &4.0f32.to_le_bytes()[..]),
+            (index::HEARTBEAT, 0, &[0xE8, 3]),
+            (index::EVENT_LOG, 4, &[0; 4]),
+            (index::ERROR_HISTORY, 0, &[0]),
+            (index::STREAM, 1, &[0, 0]),
+        ] {
+            assert_eq!(master.write(object, sub, value).await, Ok(()), "0x{object:04X}");
+        }
+        master.nmt(PRE_OPERATIONAL);
+        master.write(index::TRANSACTION, 1, &[APPLY]).await.unwrap();
+        assert_eq!(master.read_u32(index::TRANSACTION, 3).await, 1);
+    });
+}
+
+/// A change signed with a key: body region and its stiffness, and a new key if there is one.
+fn signed(key: &Key, serial: u32, counter: u32, region: u8, new_key: Option<Key>) -> Vec<u8> {
+    let mut settings = vec![0x00, 0x20, 1, region, 0x00, 0x20, 4];
+    settings.extend(30_000.0f32.to_le_bytes());
+    if let Some(new_key) = new_key {
+        settings.extend([0x12, 0x20, 4]);
+        settings.extend(new_key);
+    }
+    let mut change = counter.to_le_bytes().to_vec();
+    change.extend(&settings);
+    change.extend(configuration_lock::tag(key, serial, counter, &settings));
+    change
+}
+
+#[test]
+fn a_locked_configuration_is_read_by_all_and_changed_by_the_key_alone_and_once() {
+    const KEY: Key = *b"sixteen bytes..!";
+    const SERIAL: u32 = 0x1234_5678;
+    let flash = Flash::new();
+    let used = with_sensor(&flash, async |master| {
+        assert_eq!(master.read(index::LOCK, 1).await.unwrap(), [0]);
+        assert_eq!(
+            master.write_by_segments(index::LOCK, 3, &signed(&KEY, SERIAL, 1, 5, None)).await,
+            Err(LOCAL_CONTROL)
+        );
+        assert_eq!(master.write_by_segments(index::LOCK, 4, &KEY[..15]).await, Err(TOO_SHORT));
+        master.write_by_segments(index::LOCK, 4, &KEY).await.unwrap();
+        assert_eq!(master.read(index::LOCK, 1).await.unwrap(), [1]);
+        assert_eq!(master.read(index::LOCK, 4).await, Err(WRITE_ONLY), "nobody reads the key");
+        for (object, sub, value) in [
+            (index::JUDGEMENT, 1, &[4][..]),
+            (index::TRANSACTION, 1, &[APPLY]),
+            (index::RESTORE, 1, b"load"),
+            (index::TPDO_ALARM, 1, &[0x90, 1, 0, 0]),
+        ] {
+            assert_eq!(master.write(object, sub, value).await, Err(LOCAL_CONTROL), "0x{object:04X}");
+        }
+        assert_eq!(master.write_by_segments(index::LOCK, 4, &[7; 16]).await, Err(LOCAL_CONTROL));
+        assert_eq!(master.read(index::JUDGEMENT, 1).await.unwrap(), [0], "reading works");
+
+        let counter = master.read_u32(index::LOCK, 2).await + 1;
+        let good = signed(&KEY, SERIAL, counter, 5, None);
+        let mut truncated = good.clone();
+        truncated.truncate(good.len() - 8);
+        let mut other_value = good.clone();
+        other_value[7] = 4;
+        for forged in [
+            truncated,
+            other_value,
+            signed(&[0; 16], SERIAL, counter, 5, None),
+            signed(&KEY, SERIAL + 1, counter, 5, None),
+            signed(&KEY, SERIAL, counter - 1, 5, None),
+        ] {
+            assert_eq!(master.write_by_segments(index::LOCK, 3, &forged).await, Err(LOCAL_CONTROL));
+        }
+        assert_eq!(master.write_by_segments(index::LOCK, 3, &good[..10]).await, Err(TOO_SHORT));
+        assert_eq!(master.read_u32(index::LOSSES, 14).await, 6);
+        assert_eq!(master.read_u32(index::TRANSACTION, 3).await, 0, "nothing has changed");
+
+        master.write_by_segments(index::LOCK, 3, &good).await.unwrap();
+        assert_eq!(master.read(index::JUDGEMENT, 1).await.unwrap(), [5]);
+        assert_eq!(master.read_u32(index::TRANSACTION, 3).await, 1);
+        assert_eq!(master.write_by_segments(index::LOCK, 3, &good).await, Err(LOCAL_CONTROL), "once");
+        // A value that is out of range: the whole change is refused, and its counter is used all the same.
+        let impossible = signed(&KEY, SERIAL, counter + 1, 99, None);
+        assert_eq!(master.write_by_segments(index::LOCK, 3, &impossible).await, Err(INVALID));
+        assert_eq!(master.write_by_segments(index::LOCK, 3, &impossible).await, Err(LOCAL_CONTROL));
+        assert_eq!(master.read_u32(index::TRANSACTION, 3).await, 1);
+        // Nor does LSS get round it.
+        master.send(0x7E5, &[0x04, 1, 0, 0, 0, 0, 0, 0]);
+        master.send(0x7E5, &[0x11, 0x42, 0, 0, 0, 0, 0, 0]);
+        master.wait(5).await;
+        master.heard();
+        master.send(0x7E5, &[0x17, 0, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(master.expect(0x7E4, 10).await.unwrap().bytes(), [0x17, 2, 0, 0, 0, 0, 0, 0]);
+        master.wait(50).await;
+        good
+    });
+    // The lock and its counter outlive the power.
+    with_sensor(&flash, async |master| {
+        assert_eq!(master.read_u32(index::BOARD, 8).await, 2, "the second start");
+        assert_eq!(master.read(index::LOCK, 1).await.unwrap(), [1]);
+        assert_eq!(master.read_u32(index::TRANSACTION, 3).await, 1);
+        assert_eq!(master.write_by_segments(index::LOCK, 3, &used).await, Err(LOCAL_CONTROL));
+        assert_eq!(master.write(index::JUDGEMENT, 1, &[4]).await, Err(LOCAL_CONTROL));
+        // Unlocked by a change that sets a key of zeros.
+        let counter = master.read_u32(index::LOCK, 2).await + 1;
+        let unlocking = signed(&KEY, SERIAL, counter, 3, Some([0; 16]));
+        master.write_by_segments(index::LOCK, 3, &unlocking).await.unwrap();
+        assert_eq!(master.read(index::LOCK, 1).await.unwrap(), [0]);
+        master.write(index::JUDGEMENT, 1, &[4]).await.unwrap();
+    });
+}
+
+#[test]
+fn samples_are_streamed_gaplessly_at_the_rate_asked_for_and_give_way_to_alarm_and_event() {
+    with_sensor(&Flash::new(), async |master| {
+        master.nmt(START);
+        master.wait(SETTLED).await;
+        assert_eq!(master.write(index::STREAM, 1, &[0x11, 0x27]).await, Err(Abort(0x0609_0031)), "10 001 is too many");
+        master.write(index::STREAM, 1, &[4, 0]).await.unwrap();
+        master.heard();
+        master.blow(100, 80.0);
+        master.wait(3_000).await;
+        master.write(index::STREAM, 1, &[0, 0]).await.unwrap();
+        let heard = master.heard();
+        let frames: Vec<Samples> = heard
+            .iter()
+            .filter(|(_, frame)| frame.id == 0x520)
+            .filter_map(|(_, frame)| Samples::decode(frame.bytes()))
+            .collect();
+        // 3 s at 20 kS/s, four samples a value, three values a frame.
+        assert!((4_990..=5_010).contains(&frames.len()), "{}", frames.len());
+        assert!(frames.windows(2).all(|pair| pair[1].number == pair[0].number.wrapping_add(3)));
+        assert_eq!(master.read_u32(index::LOSSES, 13).await, 0);
+        let peak = frames.iter().flat_map(|frame| frame.forces).fold(0.0_f32, |peak, force| match force {
+            Force::Is(force) => peak.max(force.0),
+            _ => f32::NAN,
+        });
+        assert!((peak - 80.0).abs() < 1.0, "{peak} N");
+        assert_eq!(heard.iter().filter(|(_, frame)| frame.id == 0x020).count(), 1);
+        let alarm = Alarm::decode(heard.iter().find(|(_, frame)| frame.id == 0x020).unwrap().1.bytes()).unwrap();
+        let at = heard.iter().find(|(_, frame)| frame.id == 0x020).unwrap().0;
+        assert!(at.as_micros() - (u64::from(alarm.index) + 1) * 50 < 1_000);
+        for part in Part::ALL {
+            assert_eq!(heard.iter().filter(|(_, frame)| frame.id == part.base() + 0x20).count(), 1, "{part:?}");
+        }
+        // Switched off, and by a reset of communication as well.
+        master.wait(100).await;
+        master.heard();
+        master.wait(100).await;
+        assert!(master.heard().iter().all(|(_, frame)| frame.id != 0x520));
+    });
+}
+
+#[test]
+fn a_stream_that_the_bus_cannot_take_is_thinned_and_counted_and_a_curve_still_comes() {
+    with_sensor(&Flash::new(), async |master| {
+        master.nmt(START);
+        master.wait(SETTLED).await;
+        master.blow(20, 60.0);
+        master.wait(1_500).await;
+        let slot = master.slot_of(1).await;
+        // Every sample: with the upload beside it more than the bus can carry.
+        master.write(index::STREAM, 1, &[1, 0]).await.unwrap();
+        master.heard();
+        let curve = master.read_by_blocks(slot, 12, 127).await.unwrap();
+        assert_eq!(crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&curve), master.read_u32(slot, 5).await);
+        let frames: Vec<Samples> = master
+            .heard()
+            .iter()
+            .filter(|(_, frame)| frame.id == 0x520)
+            .filter_map(|(_, frame)| Samples::decode(frame.bytes()))
+            .collect();
+        master.write(index::STREAM, 1, &[0, 0]).await.unwrap();
+        let missing: u32 =
+            frames.windows(2).map(|pair| u32::from(pair[1].number.wrapping_sub(pair[0].number)) / 3 - 1).sum();
+        let dropped = master.read_u32(index::LOSSES, 13).await;
+        assert!(missing <= dropped && dropped <= missing + 10, "{missing} are missing, {dropped} are counted");
+        println!("{} frames came, {dropped} were dropped", frames.len());
     });
 }
 
@@ -394,6 +626,7 @@ fn a_configuration_applied_inside_an_impact_waits_for_its_end_and_so_does_flash(
         master.wait(SETTLED).await;
         master.blow(20, 60.0);
         assert!(master.expect(0x020, 100).await.is_some());
+        master.nmt(PRE_OPERATIONAL);
         master.write(index::JUDGEMENT, 1, &[5]).await.unwrap();
         master.write(index::TRANSACTION, 1, &[APPLY]).await.unwrap();
         assert_eq!(master.read(index::DETECTOR, 5).await.unwrap(), [1], "the impact is open");

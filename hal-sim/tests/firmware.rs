@@ -196,8 +196,10 @@ fn a_quiet_minute_on_the_bus_has_no_alarm() {
 #[test]
 fn a_configuration_outlives_the_power() {
     let mut scene = Scene::started(5, ChainSettings::quiet());
-    scene.write_byte(0x2000, 1, Region::Chest as u8).unwrap();
-    scene.write_byte(0x2010, 1, 1).unwrap();
+    assert_eq!(scene.write_byte(0x2000, 1, Region::Chest as u8).unwrap()[0], 0x80, "armed, it refuses");
+    scene.host.send(&Frame::new(0x000, &[0x80, NODE]).unwrap());
+    assert_eq!(scene.write_byte(0x2000, 1, Region::Chest as u8).unwrap()[0], 0x60);
+    assert_eq!(scene.write_byte(0x2010, 1, 1).unwrap()[0], 0x60);
     scene.run(Duration::from_millis(500));
     scene.world.power_off(scene.board);
     scene.run(Duration::from_millis(100));
@@ -231,6 +233,7 @@ fn power_cut_at_any_byte_of_storing_leaves_the_old_configuration_or_the_new() {
         scene.run(Duration::from_millis(100));
         let region = scene.read_byte(0x2000, 1);
         assert!([Region::Chest as u8, Region::Hand as u8].contains(&region), "cut after {cut} bytes: region {region}");
+        assert_eq!(scene.read_byte(0x2012, 1), 0, "cut after {cut} bytes: nobody locked it");
         outcomes[usize::from(region == Region::Hand as u8)] += 1;
     }
     assert!(reached_the_end);

@@ -1,8 +1,10 @@
 //! Transports: how frames reach the bus and come back.
 //!
 //! ```text
-//!              ┌─ UdpBus        python-can's udp_multicast, for a bus without hardware
-//! dyn Bus ─────┤
+//!              ┌─ SocketCanBus  Linux's own CAN interfaces (can0, vcan0)
+//!              ├─ SlcanBus      an adapter that speaks ASCII on a serial port
+//! dyn Bus ─────┼─ UdpBus        python-can's udp_multicast, for a bus without hardware
+//!              ├─ LogBus        a candump log, played back
 //!              └─ SimulatedBus  a simulated world in this process, advanced while the host waits
 //! ```
 //!
@@ -17,10 +19,25 @@ use serde::Serialize;
 use thud_firmware::board::Frame;
 
 pub mod address;
+pub mod candump;
+pub mod log;
 pub mod option;
 pub mod packet;
 pub mod simulated;
+pub mod slcan;
+#[cfg(target_os = "linux")]
+pub mod socket_can;
+pub mod tap;
 pub mod udp;
+
+/// What a transport can hear.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Heard {
+    /// A classic data frame with an 11-bit identifier.
+    Frame(Frame),
+    /// A frame of a kind that CANopen does not use, and why.
+    Foreign(&'static str),
+}
 
 /// A frame and when it was received.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,7 +57,9 @@ pub struct Counters {
     pub received: u64,
     /// Frames that were on the bus but lost before this program could read them (a full receive buffer).
     pub lost: u64,
-    /// Packets that are not a CAN frame at all, or a damaged one.
+    /// Commands or frames that an adapter refused.
+    pub refused: u64,
+    /// Packets or lines that are not a CAN frame at all, or a damaged one.
     pub malformed: u64,
     /// What was wrong with the last malformed packet.
     pub last_malformed: Option<String>,
@@ -70,6 +89,16 @@ pub trait Bus {
 
     /// What was counted so far.
     fn counters(&self) -> Counters;
+
+    /// Whether nothing will ever come any more: a log that was played to its end.
+    fn ended(&self) -> bool {
+        false
+    }
+
+    /// Whether others can only be listened to, because nobody is there who could answer.
+    fn is_playback(&self) -> bool {
+        false
+    }
 }
 
 /// Why a transport could not be used.

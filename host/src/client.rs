@@ -19,6 +19,7 @@ pub mod emergency;
 pub mod find;
 pub mod line;
 pub mod recording;
+pub mod samples;
 pub mod sdo;
 #[cfg(test)]
 mod served;
@@ -68,6 +69,22 @@ pub enum ClientError {
         node: u8,
         /// Serial numbers of those who answered.
         serials: Vec<u32>,
+    },
+    /// The sensor is Operational and refuses configuration.
+    #[error("node {node} is armed (Operational) and refuses configuration (SDO abort 08000022h)")]
+    #[diagnostic(help("another master keeps it Operational; `thud configure` disarms it for the change by itself"))]
+    Armed {
+        /// The node.
+        node: u8,
+    },
+    /// The configuration is locked by a key.
+    #[error("the configuration of node {node} is locked, {why} (SDO abort 08000021h)")]
+    #[diagnostic(help("give the file with its key: --key FILE; nothing was changed, and reading needs no key"))]
+    Locked {
+        /// The node.
+        node: u8,
+        /// What is wrong with the key.
+        why: &'static str,
     },
     /// A configuration was refused; nothing was applied.
     #[error("{sentence}")]

@@ -7,6 +7,7 @@ mod demo;
 mod diagnose;
 mod evaluate;
 mod hit;
+mod log;
 mod mechanisms;
 mod monitor;
 mod record;
@@ -44,6 +45,7 @@ enum Command {
     Hit(hit::Hit),
     Configure(configure::Configure),
     Monitor(monitor::Monitor),
+    Log(log::Log),
     Record(record::Record),
     Status(status::Status),
 }
@@ -74,6 +76,7 @@ impl Thud {
             Command::Hit(command) => command.run(),
             Command::Configure(command) => command.run(),
             Command::Monitor(command) => command.run(),
+            Command::Log(command) => command.run(),
             Command::Record(command) => command.run(),
             Command::Status(command) => command.run(),
         }

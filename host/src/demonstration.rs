@@ -126,7 +126,7 @@ pub fn demonstrate(scenario: Scenario, mut progress: impl FnMut(&str)) -> Result
     let mut wanted = Wanted::default();
     wanted.set("region", Raw::U8(scenario.region as u8));
     wanted.set("body stiffness", Raw::F32(scenario.region.body().stiffness.0));
-    client.configure(node, &wanted)?;
+    client.configure(node, &wanted, None)?;
     let mut watch = Watch::new(&mut client, vec![found.clone()], true)?;
     let mut robot = Robot { mass: Kilogram(scenario.believed_mass_kg as f32), node, sequence: 0 };
     robot.stream(&mut client, &mut watch, SETTLING)?;

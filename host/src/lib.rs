@@ -19,6 +19,7 @@ pub mod diagnosis;
 pub mod input;
 pub mod interrupt;
 pub mod json;
+pub mod key_file;
 pub mod model;
 pub mod recording;
 pub mod replay;

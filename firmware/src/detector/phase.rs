@@ -85,19 +85,33 @@ pub struct OpenImpact {
 }
 
 impl OpenImpact {
-    /// Takes a force above the true zero; `group_ends` with every group of the idle tracker.
+    /// Takes forces above the true zero, of one group of the idle tracker, from the sample `first` on; `group_ends` with the last.
     #[inline]
-    pub fn take(&mut self, force: f32, index: u64, group_ends: bool, release_level: f32, spans: &Spans) {
-        let filtered = self.touch.take(force, index, release_level, spans.still);
-        if index >= self.quasi_static_from {
-            self.quasi_static = Some(self.quasi_static.unwrap_or(filtered).max(filtered));
-        }
-        if index >= self.curve_end {
-            self.group_sum += force;
-            if group_ends {
-                self.sum_after_curve += self.group_sum;
-                self.group_sum = 0.0;
+    pub fn take(
+        &mut self,
+        forces: impl Iterator<Item = f32>,
+        first: u64,
+        group_ends: bool,
+        release_level: f32,
+        spans: &Spans,
+    ) {
+        // What changes from sample to sample stays in registers.
+        let (mut touch, mut quasi_static, mut sum) = (self.touch, self.quasi_static, self.group_sum);
+        let place = |index: u64| usize::try_from(index.saturating_sub(first)).unwrap_or(usize::MAX);
+        let (quasi_static_from, curve_end) = (place(self.quasi_static_from), place(self.curve_end));
+        for (at, force) in forces.enumerate() {
+            let filtered = touch.take(force, first.wrapping_add(at as u64), release_level, spans.still);
+            if at >= quasi_static_from {
+                quasi_static = Some(quasi_static.unwrap_or(filtered).max(filtered));
             }
+            if at >= curve_end {
+                sum += force;
+            }
+        }
+        (self.touch, self.quasi_static, self.group_sum) = (touch, quasi_static, sum);
+        if group_ends {
+            self.sum_after_curve += self.group_sum;
+            self.group_sum = 0.0;
         }
     }
 }

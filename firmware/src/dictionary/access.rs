@@ -1,23 +1,27 @@
 //! Reading and writing the dictionary: where each object's value lives.
 
-use zencan_node::common::nmt::NmtState;
-use zencan_node::common::objects::AccessType;
-use zencan_node::common::sdo::AbortCode;
+use zencan_common::nmt::NmtState;
+use zencan_common::objects::AccessType;
+use zencan_common::sdo::AbortCode;
 
 use super::frame::{ALARM_BASE, MASS_BASE, MassFrame, PARTS, Part};
 use super::object::{self, Object};
-use super::value::{Value, f32_from, u8_from, u16_from, u32_from};
+use super::value::{Value, exactly, f32_from, u8_from, u16_from, u32_from};
 use super::{APPLY, DISCARD, LOAD, PRODUCT_CODE, REVISION_NUMBER, SAVE, event_record, index};
 use crate::capture::{Curve, SlotId};
 use crate::configuration::{NodeSettings, Setting};
+use crate::configuration_lock::{KEY, Rejected};
 use crate::emergency::Faults;
 use crate::sdo::{Entries, Opened, Stream, VALUE};
 use crate::shared::Shared;
 use crate::storage::Loaded;
+use crate::stream::{self, STREAM_BASE};
 use crate::units::Kilogram;
 
-/// TPDOs: the alarm and the parts of an event.
-pub const TPDOS: usize = 1 + PARTS;
+/// TPDOs: the alarm, the parts of an event, the stream.
+pub const TPDOS: usize = 2 + PARTS;
+/// Which of them is the stream.
+pub const STREAM_TPDO: usize = 1 + PARTS;
 
 /// Communication parameters of a PDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,8 +100,10 @@ pub struct NodeObjects {
     pub heartbeat_ms: u16,
     /// RPDO 1, the effective mass.
     pub rpdo: PdoCommunication,
-    /// TPDO 1 the alarm, TPDO 2 to 6 the event's parts.
+    /// TPDO 1 the alarm, TPDO 2 to 6 the event's parts, TPDO 7 the stream.
     pub tpdos: [PdoCommunication; TPDOS],
+    /// Samples in a value of the stream; 0 off.
+    pub decimation: u16,
     /// Faults.
     pub faults: Faults,
     /// The latest event's frames.
@@ -121,6 +127,7 @@ impl NodeObjects {
             heartbeat_ms: 0,
             rpdo: unused,
             tpdos: [unused; TPDOS],
+            decimation: 0,
             faults: Faults::new(),
             event: [[0; 8]; PARTS],
             selected: 0,
@@ -144,6 +151,8 @@ impl NodeObjects {
         for part in Part::ALL {
             self.tpdos[1 + part as usize] = on_event(part.base());
         }
+        self.tpdos[STREAM_TPDO] = on_event(STREAM_BASE);
+        self.decimation = 0;
     }
 
     /// The PDO whose communication parameters stand at this index.
@@ -165,13 +174,14 @@ pub struct View<'a, const N: usize> {
     pub now_ms: u64,
 }
 
-/// The objects that each PDO carries, in the order of the frame; 0x1600 and 0x1A00 to 0x1A05.
+/// The objects that each PDO carries, in the order of the frame; 0x1600 and 0x1A00 to 0x1A06.
 #[must_use]
 pub fn mapped(object: u16) -> Option<u16> {
     match object {
         index::RPDO_MASS_MAPPING => Some(index::RECEIVED_MASS),
         index::TPDO_ALARM_MAPPING => Some(index::ALARM),
         0x1A01..=0x1A05 => Some(index::EVENT + (object - 0x1A01)),
+        0x1A06 => Some(index::SAMPLES),
         _ => None,
     }
 }
@@ -196,13 +206,20 @@ impl<const N: usize> View<'_, N> {
         }
         let node_id = self.node.node_id.map_or(0, u32::from);
         match object {
-            0x1A00..=0x1A05 | index::RPDO_MASS_MAPPING => self.mapping(object, sub),
-            index::RPDO_MASS | 0x1800..=0x1805 => {
+            0x1A00..=0x1A06 | index::RPDO_MASS_MAPPING => self.mapping(object, sub),
+            index::RPDO_MASS | 0x1800..=0x1806 => {
                 let pdo = self.node.pdo(object).ok_or(AbortCode::NoSuchObject)?;
                 Ok(if sub == 1 { Value::U32(pdo.cob_id) } else { Value::U8(pdo.transmission) })
             }
             index::ALARM => Ok(self.slice(index::ALARM, sub, self.shared.last_alarm())),
             0x2110..=0x2114 => Ok(self.slice(object, sub, self.node.event[usize::from(object - index::EVENT)])),
+            index::STREAM => Ok(Value::U16(self.node.decimation)),
+            index::LOCK => Ok(match (sub, self.shared.lock()) {
+                (1, None) => Value::U8(2),
+                (1, Some(lock)) => Value::U8(u8::from(lock.is_locked())),
+                (_, lock) => Value::U32(lock.map_or(0, |lock| lock.counter())),
+            }),
+            index::SAMPLES => Ok(self.slice(index::SAMPLES, sub, self.shared.last_samples())),
             0x2000..=0x20FF => self.transaction(object, sub),
             index::RECEIVED_MASS | index::TIME => self.received(object, sub),
             index::EVENT_LOG => self.shared.log.lock(|log| {
@@ -354,7 +371,9 @@ impl<const N: usize> View<'_, N> {
             9 => counters.not_evaluated,
             10 => counters.alarms_withheld,
             11 => counters.not_sent,
-            _ => counters.storage_failures,
+            12 => counters.storage_failures,
+            13 => counters.stream_dropped,
+            _ => counters.changes_rejected,
         }
     }
 
@@ -367,6 +386,7 @@ impl<const N: usize> View<'_, N> {
             (index::BOARD, 4) => Value::U32(self.shared.identity.hardware_revision),
             (index::BOARD, 6) => Value::U64(self.shared.identity.build),
             (index::BOARD, 7) => Value::U32(crate::dictionary::object::hash()),
+            (index::BOARD, 8) => Value::U32(self.shared.start()),
             (index::BOARD, _) => Value::U8(match self.shared.loaded {
                 Loaded::Found(_) => 0,
                 Loaded::Nothing => 1,
@@ -415,6 +435,72 @@ impl<const N: usize> View<'_, N> {
         Ok(())
     }
 
+    /// Whether this object may be written now: what is configuration not while armed, and not without the key.
+    fn may_write(&self, object: u16, sub: u8) -> Result<(), AbortCode> {
+        let settings = matches!(object, 0x2000..=0x2004 | index::TRANSACTION | index::STORE | index::RESTORE);
+        let pdo = matches!(object, index::RPDO_MASS | 0x1800..=0x1806);
+        let lock = object == index::LOCK;
+        if (settings || pdo || lock) && self.node.nmt == NmtState::Operational {
+            return Err(AbortCode::CantStoreDeviceState);
+        }
+        let open = self.shared.lock().is_some_and(|lock| !lock.is_locked());
+        if (settings || pdo || lock && sub != 3) && !open {
+            return Err(AbortCode::CantStoreLocalControl);
+        }
+        Ok(())
+    }
+
+    /// A signed change: all of its settings or none.
+    fn change(&mut self, change: &[u8]) -> Result<(), AbortCode> {
+        let serial = self.shared.identity.serial;
+        let accepted = self.shared.with_lock(|lock| lock.as_mut().map(|lock| lock.accept(serial, change)));
+        let entries = match accepted {
+            Some(Ok(entries)) => entries,
+            Some(Err(Rejected::TooShort)) => return Err(AbortCode::DataTypeMismatchLengthLow),
+            Some(Err(_)) | None => {
+                self.shared.count(|counters| counters.changes_rejected = counters.changes_rejected.saturating_add(1));
+                return Err(AbortCode::CantStoreLocalControl);
+            }
+        };
+        // The counter is used from now on, whatever becomes of the settings.
+        self.shared.store.signal(());
+        self.shared.settings.lock(|settings| settings.borrow_mut().discard());
+        let staged = self.stage(entries);
+        let done = staged.and_then(|staged| if staged { self.apply(false) } else { Ok(()) });
+        if done.is_err() {
+            self.shared.settings.lock(|settings| settings.borrow_mut().discard());
+            return done;
+        }
+        for (object, sub, value) in entries.flatten() {
+            if let (index::LOCK, 4, Ok(key)) = (object, sub, <[u8; KEY]>::try_from(value)) {
+                self.set_key(key);
+            }
+        }
+        Ok(())
+    }
+
+    /// Stages the settings of a change; whether there was any.
+    fn stage(&mut self, entries: crate::configuration_lock::Settings<'_>) -> Result<bool, AbortCode> {
+        let mut staged = false;
+        for entry in entries {
+            let (object, sub, value) = entry.map_err(|_| AbortCode::NoSuchObject)?;
+            if object != index::LOCK {
+                self.shared.settings.lock(|settings| settings.borrow_mut().write(object, sub, value))?;
+                staged = true;
+            }
+        }
+        Ok(staged)
+    }
+
+    fn set_key(&mut self, key: [u8; KEY]) {
+        self.shared.with_lock(|lock| {
+            if let Some(lock) = lock {
+                lock.set_key(key);
+            }
+        });
+        self.shared.store.signal(());
+    }
+
     /// Makes what was staged active and lets the detector and storage know.
     fn apply(&mut self, restore: bool) -> Result<(), AbortCode> {
         let stamped = self.shared.settings.lock(|settings| {
@@ -452,7 +538,7 @@ impl<const N: usize> Entries for View<'_, N> {
                     let number = if self.node.selected == 0 { log.last() } else { self.node.selected };
                     log.get(number).copied()
                 });
-                let record = event_record::encode(&event.ok_or(AbortCode::NoData)?);
+                let record = event_record::encode(&event.ok_or(AbortCode::NoData)?, self.shared.start());
                 value[..record.len()].copy_from_slice(&record);
                 Ok(Opened::Value(record.len()))
             }
@@ -501,9 +587,9 @@ impl<const N: usize> Entries for View<'_, N> {
         Ok(())
     }
 
-    fn writable(&self, object: u16, sub: u8) -> Result<(), AbortCode> {
-        match Self::find(object, sub)?.1 {
-            Some(access) if access.is_writable() => Ok(()),
+    fn writable(&self, index: u16, sub: u8) -> Result<(), AbortCode> {
+        match Self::find(index, sub)?.1 {
+            Some(access) if access.is_writable() => self.may_write(index, sub),
             _ => Err(AbortCode::ReadOnly),
         }
     }
@@ -544,12 +630,21 @@ impl<const N: usize> Entries for View<'_, N> {
                 self.node.heartbeat_ms = u16_from(data)?;
                 Ok(())
             }
-            (index::RPDO_MASS | 0x1800..=0x1805, _) => {
-                if self.node.nmt == NmtState::Operational {
-                    return Err(AbortCode::CantStoreDeviceState);
-                }
+            (index::RPDO_MASS | 0x1800..=0x1806, _) => {
                 self.node.pdo(object).ok_or(AbortCode::NoSuchObject)?.set(sub, data)
             }
+            (index::LOCK, 3) => self.change(data),
+            (index::LOCK, 4) => {
+                self.set_key(exactly(data)?);
+                Ok(())
+            }
+            (index::STREAM, 1) => match u16_from(data)? {
+                decimation if decimation <= stream::MOST => {
+                    self.node.decimation = decimation;
+                    Ok(())
+                }
+                _ => Err(AbortCode::ValueTooHigh),
+            },
             (index::RECEIVED_MASS, 1) => {
                 let mass = Kilogram(f32_from(data)?);
                 self.take_mass(MassFrame { mass, sequence: 0 }, false)
@@ -569,7 +664,7 @@ impl<const N: usize> Entries for View<'_, N> {
 
 #[cfg(test)]
 mod tests {
-    use zencan_node::common::objects::PdoMappable;
+    use zencan_common::objects::PdoMappable;
 
     use super::*;
 

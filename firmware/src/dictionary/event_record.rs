@@ -8,7 +8,8 @@
 //! | 4 | u32 | number |
 //! | 8 | u32 | impact |
 //! | 12 | u8 | verdict |
-//! | 13 | u8 ×3 | 0 |
+//! | 13 | u8 | 0 |
+//! | 14 | u16 | start of the board it was sensed in (0x2402:6), low 16 bits; 0 unknown |
 //! | 16 | u64 | contact instant, whole samples |
 //! | 24 | u64 | peak instant, whole samples |
 //! | 32 | f32 | contact instant, fraction of a sample |
@@ -95,9 +96,9 @@ impl Writer {
     }
 }
 
-/// The event's record.
+/// The event's record; `start` counts the starts of the board, because numbers begin anew with each.
 #[must_use]
-pub fn encode(event: &Event) -> [u8; LENGTH] {
+pub fn encode(event: &Event, start: u32) -> [u8; LENGTH] {
     let severity = &event.severity;
     let newtons = |force: Option<Newton>| force.map_or(f32::NAN, |force| force.0);
     let mut to = Writer { bytes: [0; LENGTH], at: 0 };
@@ -105,7 +106,8 @@ pub fn encode(event: &Event) -> [u8; LENGTH] {
     to.put(&event.flags.bits().to_le_bytes());
     to.u32(event.number);
     to.u32(event.impact);
-    to.put(&[severity.verdict as u8, 0, 0, 0]);
+    let [low, high, ..] = start.to_le_bytes();
+    to.put(&[severity.verdict as u8, 0, low, high]);
     to.put(&event.contact_instant.index.to_le_bytes());
     to.put(&event.peak_instant.index.to_le_bytes());
     to.f32(event.contact_instant.fraction);
@@ -222,8 +224,9 @@ mod tests {
 
     #[test]
     fn the_layout_is_as_documented() {
-        let record = encode(&event(250.0, true));
+        let record = encode(&event(250.0, true), 0x1_0203);
         assert_eq!(record[0], VERSION);
+        assert_eq!(record[14..16], [0x03, 0x02]);
         assert_eq!(record[4..8], 0x0102_0304u32.to_le_bytes());
         assert_eq!(record[40..44], 250.0f32.to_le_bytes());
         assert_eq!(record[84..88], 4.5f32.to_le_bytes());
@@ -234,12 +237,12 @@ mod tests {
         #[test]
         fn a_record_comes_back_whole(seed in -1e6f32..1e6, some in any::<bool>()) {
             let event = event(seed, some);
-            prop_assert_eq!(decode(&encode(&event)), Ok(event));
+            prop_assert_eq!(decode(&encode(&event, 3)), Ok(event));
         }
 
         #[test]
         fn one_wrong_bit_is_seen(at in 0usize..LENGTH * 8) {
-            let mut record = encode(&event(250.0, true));
+            let mut record = encode(&event(250.0, true), 0x1_0203);
             record[at / 8] ^= 1 << (at % 8);
             prop_assert!(decode(&record).is_err());
         }

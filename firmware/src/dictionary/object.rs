@@ -3,7 +3,7 @@
 //! This list is the single source: the SDO server answers from it, the manual's table and
 //! the EDS and DBC files are written from it.
 
-use zencan_node::common::objects::{AccessType, DataType, ObjectCode, PdoMappable, SubInfo};
+use zencan_common::objects::{AccessType, DataType, ObjectCode, PdoMappable, SubInfo};
 
 /// Text for manual, EDS file and people. It does not go onto the board, where nothing reads it and it would take 15 KiB.
 #[cfg(not(target_os = "none"))]
@@ -269,12 +269,14 @@ pub static OBJECTS: &[Object] = &[
     record(0x1803, "TPDO 4 communication: instant", PDO_COMMUNICATION),
     record(0x1804, "TPDO 5 communication: course", PDO_COMMUNICATION),
     record(0x1805, "TPDO 6 communication: mass", PDO_COMMUNICATION),
+    record(0x1806, "TPDO 7 communication: samples", PDO_COMMUNICATION),
     record(0x1A00, "TPDO 1 mapping", MAPPED_4),
     record(0x1A01, "TPDO 2 mapping", MAPPED_5),
     record(0x1A02, "TPDO 3 mapping", MAPPED_4),
     record(0x1A03, "TPDO 4 mapping", MAPPED_4),
     record(0x1A04, "TPDO 5 mapping", MAPPED_4),
     record(0x1A05, "TPDO 6 mapping", MAPPED_4),
+    record(0x1A06, "TPDO 7 mapping", MAPPED_4),
     record(
         0x2000,
         "Judgement settings",
@@ -344,6 +346,21 @@ pub static OBJECTS: &[Object] = &[
             ro(5, "Highest", Real32, "highest permitted value", ""),
             ro(6, "Offered", Real32, "the value that was refused", ""),
         ],
+    ),
+    record(
+        0x2012,
+        "Configuration lock",
+        &[
+            ro(1, "State", UInt8, "0 open, 1 locked by a key, 2 not read from flash yet", ""),
+            ro(2, "Counter", UInt32, "of the last signed change", ""),
+            wo(3, "Signed change", Domain, "layout of `configuration_lock`", ""),
+            wo(4, "Key", Domain, "AES-128, 16 bytes", "while open"),
+        ],
+    ),
+    record(
+        0x2020,
+        "Sample stream",
+        &[rw(1, "Decimation", UInt16, "samples a value, 0 off; until reset", "0 to 10000")],
     ),
     record(
         0x2100,
@@ -419,6 +436,16 @@ pub static OBJECTS: &[Object] = &[
         ],
     ),
     record(
+        0x2120,
+        "Samples",
+        &[
+            ro(1, "Number", UInt16, "of the first value, low 16 bits", "").in_tpdo(),
+            ro(2, "Force 1", Int16, "0.1 N, 32767 above, -32768 below the range", "").in_tpdo(),
+            ro(3, "Force 2", Int16, "0.1 N, 32767 above, -32768 below the range", "").in_tpdo(),
+            ro(4, "Force 3", Int16, "0.1 N, 32767 above, -32768 below the range", "").in_tpdo(),
+        ],
+    ),
+    record(
         0x2200,
         "Event log",
         &[
@@ -447,6 +474,8 @@ pub static OBJECTS: &[Object] = &[
             ro(10, "Alarms withheld", UInt32, "not Operational or alarm switched off", ""),
             ro(11, "Events not sent", UInt32, "left the log before they could be sent", ""),
             ro(12, "Storage failures", UInt32, "configuration not written", ""),
+            ro(13, "Stream frames dropped", UInt32, "gave way to more urgent ones", ""),
+            ro(14, "Changes rejected", UInt32, "not signed by the key, or replayed", ""),
         ],
     ),
     record(
@@ -469,6 +498,7 @@ pub static OBJECTS: &[Object] = &[
             ro(5, "Stored configuration", UInt8, "0 found, 1 none yet, 2 unreadable, defaults in use", ""),
             ro(6, "Build", UInt64, "first half of the program's build id; 0 in the simulation", ""),
             ro(7, "Dictionary hash", UInt32, "CRC-32 over index, sub, type, access, PDO", ""),
+            ro(8, "Start", UInt32, "starts of this board, this one included; 0 not read from flash yet", ""),
         ],
     ),
     record(

@@ -6,7 +6,7 @@
 //!            └── impossible by itself ──▶ refused ◀──┘ nothing is half-applied; 0x2011 says why
 //! ```
 
-use zencan_node::common::sdo::AbortCode;
+use zencan_common::sdo::AbortCode;
 
 use super::index;
 use super::value::{Value, f32_from, u8_from, u16_from, u32_from};
@@ -92,6 +92,7 @@ pub fn limits(object: u16, sub: u8) -> Option<(f32, f32)> {
         // 0: unknown.
         at if at == object_of(EffectiveMass) => EffectiveMass.range().map(|(_, high)| (0.0, high)),
         (index::RECEIVED_MASS, 1) => EffectiveMass.range(),
+        (index::STREAM, 1) => Some((0.0, f32::from(crate::stream::MOST))),
         (index::TRANSACTION, 1) => Some((f32::from(super::APPLY), f32::from(super::DISCARD))),
         at => NUMBERS.into_iter().find(|setting| object_of(*setting) == at).and_then(Setting::range),
     }
@@ -464,7 +465,7 @@ mod tests {
             match kind.size() {
                 1 => bytes[0] = value as u8,
                 2 => bytes[..2].copy_from_slice(&(value as u16).to_le_bytes()),
-                _ if kind.kind == zencan_node::common::objects::DataType::UInt32 => {
+                _ if kind.kind == zencan_common::objects::DataType::UInt32 => {
                     bytes = (value as u32).to_le_bytes();
                 }
                 _ => bytes = value.to_le_bytes(),
@@ -487,7 +488,7 @@ mod tests {
                 }
                 // The next value above that the type has, if it has one.
                 let above =
-                    if sub.kind == zencan_node::common::objects::DataType::Real32 { high * 1.001 } else { high + 1.0 };
+                    if sub.kind == zencan_common::objects::DataType::Real32 { high * 1.001 } else { high + 1.0 };
                 if high < 65_535.0 || sub.size() == 4 {
                     let written = settings().write(object.index, sub.sub, &bytes(object.index, sub.sub, above));
                     assert!(written.is_err(), "{:#06X}:{} = {above}", object.index, sub.sub);

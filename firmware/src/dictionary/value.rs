@@ -1,6 +1,6 @@
 //! A value of the dictionary as bytes, and back.
 
-use zencan_node::common::sdo::AbortCode;
+use zencan_common::sdo::AbortCode;
 
 /// A value with its type on the wire.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,16 +6,12 @@ use embassy_time::{Instant, Timer};
 use super::PULSE;
 use crate::board::{CanReceive, Received};
 use crate::emergency::Fault;
-use crate::node::{CanOpenNode, NodeMemory};
+use crate::node::CanOpenNode;
 use crate::shared::{Report, Shared, Task};
 
 /// Runs for ever.
-pub async fn run<const N: usize>(
-    mut can: impl CanReceive,
-    shared: &'static Shared<N>,
-    memory: &'static NodeMemory,
-) -> ! {
-    let mut node = CanOpenNode::new(shared, memory);
+pub async fn run<const N: usize>(mut can: impl CanReceive, shared: &'static Shared<N>) -> ! {
+    let mut node = CanOpenNode::new(shared);
     loop {
         let now = Instant::now();
         node.poll(now.as_millis());

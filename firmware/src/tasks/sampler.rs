@@ -4,6 +4,7 @@ use crate::board::{BLOCK, Samples};
 use crate::detector::{Detector, Signal, Signals};
 use crate::emergency::Fault;
 use crate::shared::{DetectorStatus, Report, Shared, Task};
+use crate::stream::{Scale, Stream};
 
 /// Zero and hum are worked out for the diagnostics once in so many blocks, 50 ms at 20 kS/s.
 const STATUS_BLOCKS: u32 = 125;
@@ -13,6 +14,7 @@ pub async fn run<const N: usize>(mut samples: impl Samples, shared: &Shared<N>) 
     let mut detector = Detector::<N>::new(shared.active());
     let mut block = [0; BLOCK];
     let mut status = DetectorStatus::default();
+    let mut stream = Stream::new();
     let mut blocks = 0;
     loop {
         let next = samples.next_block(&mut block).await;
@@ -28,6 +30,15 @@ pub async fn run<const N: usize>(mut samples: impl Samples, shared: &Shared<N>) 
             Ok(info) => {
                 status.next_index = info.first_index + BLOCK as u64;
                 detector.push_into(&block, &info, shared.captures, &mut signals);
+                // Nobody listens most of the time.
+                let decimation = shared.decimation();
+                if decimation > 0 {
+                    let scale = Scale {
+                        zero: status.zero,
+                        newton_per_code: shared.active().configuration.chain.newton_per_code,
+                    };
+                    stream.push(&block, info.first_index, decimation, scale, |data| shared.send_samples(data));
+                }
             }
             Err(overrun) => {
                 shared.count(|counters| counters.overruns = counters.overruns.saturating_add(1));

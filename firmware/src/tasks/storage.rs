@@ -4,15 +4,23 @@ use embassy_time::{Duration, Timer, with_timeout};
 use embedded_storage_async::nor_flash::NorFlash;
 
 use super::PULSE;
+use crate::configuration_lock::ConfigurationLock;
 use crate::emergency::Fault;
 use crate::shared::{Report, Shared, Task};
-use crate::storage::Store;
+use crate::storage::{NotStored, Store};
 
 /// How often it is looked whether the impact is over.
 const IMPACT_POLL: Duration = Duration::from_millis(10);
 
 /// Runs for ever.
 pub async fn run<F: NorFlash, const N: usize>(mut store: Store<F>, shared: &Shared<N>) -> ! {
+    let (mut locked, start) = store.start().await;
+    shared.with_lock(|lock| *lock = locked);
+    shared.set_start(start);
+    if locked.is_none() {
+        // Nobody may change the configuration: better so than that damage opens the lock.
+        shared.report(Report::Raised(Fault::Storage, 0));
+    }
     loop {
         let wanted = with_timeout(PULSE, shared.store.wait()).await;
         shared.lives(Task::Storage);
@@ -24,7 +32,18 @@ pub async fn run<F: NorFlash, const N: usize>(mut store: Store<F>, shared: &Shar
             Timer::after(IMPACT_POLL).await;
         }
         let active = shared.active();
-        match store.save(&active).await {
+        // The lock first: a change whose counter were not kept could be replayed after a power cut.
+        let wanted = shared.lock();
+        let mut saved = keep(&mut store, wanted, &mut locked).await;
+        if saved.is_ok() {
+            saved = store.save(&active).await;
+        }
+        // Where the log was beyond repair it was erased, and the lock with it.
+        if saved.is_ok() && store.load_lock().await != locked {
+            locked = None;
+            saved = keep(&mut store, wanted, &mut locked).await;
+        }
+        match saved {
             Ok(()) => {
                 shared.settings.lock(|settings| settings.borrow_mut().mark_stored(active.revision));
                 shared.report(Report::Cleared(Fault::Configuration));
@@ -37,4 +56,18 @@ pub async fn run<F: NorFlash, const N: usize>(mut store: Store<F>, shared: &Shar
             }
         }
     }
+}
+
+/// Writes the lock if it is not the one that is stored, and a closed one every time: after an erase that a power cut has interrupted,
+/// the map may drop what was not written since.
+async fn keep<F: NorFlash>(
+    store: &mut Store<F>,
+    wanted: Option<ConfigurationLock>,
+    stored: &mut Option<ConfigurationLock>,
+) -> Result<(), NotStored> {
+    if let Some(lock) = wanted.filter(|lock| lock.is_locked() || wanted != *stored) {
+        store.save_lock(&lock).await?;
+        *stored = wanted;
+    }
+    Ok(())
 }

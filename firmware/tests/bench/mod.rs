@@ -21,7 +21,6 @@ use thud_firmware::board::{
     MailboxesFull, Overrun, Received, ResetCause, Samples, Watchdog,
 };
 use thud_firmware::capture::{CAPTURE, Captures};
-use thud_firmware::node::NodeMemory;
 use thud_firmware::shared::Shared;
 use thud_firmware::storage::Store;
 use thud_firmware::tasks::{self, Board};
@@ -374,7 +373,6 @@ pub fn with_sensor<T>(flash: &Flash, script: impl AsyncFnOnce(&Master) -> T) -> 
             Identity { serial: 0x1234_5678, hardware_revision: 0, build: 0, reset_cause: ResetCause::PowerOn };
         let captures: &'static Captures<CAPTURE> = Box::leak(Box::new(Captures::new()));
         let shared: &'static Shared<CAPTURE> = Box::leak(Box::new(Shared::new(identity, loaded, captures)));
-        let memory: &'static NodeMemory = Box::leak(Box::new(NodeMemory::new()));
         let half = || Half(wires.clone());
         let board = Board {
             samples: Scripted { wires: wires.clone(), blows: Rc::clone(&blows), next: 0, seed: 1 },
@@ -393,8 +391,13 @@ pub fn with_sensor<T>(flash: &Flash, script: impl AsyncFnOnce(&Master) -> T) -> 
             seen: Cell::new(0),
             expected: RefCell::default(),
         };
-        let sensor = tasks::run(board, shared, memory);
-        match select3(script(&master), sensor, bus(wires.clone())).await {
+        let sensor = tasks::run(board, shared);
+        // A master has never been quicker than the sensor's reading of its flash.
+        let script = async {
+            master.wait(1).await;
+            script(&master).await
+        };
+        match select3(script, sensor, bus(wires.clone())).await {
             embassy_futures::select::Either3::First(result) => result,
             _ => unreachable!("neither the sensor nor the bus ends"),
         }

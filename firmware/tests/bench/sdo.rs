@@ -1,7 +1,7 @@
 //! The master's side of SDO, from zencan-common's messages, with every step open to misbehaviour.
 
 use thud_firmware::dictionary::index;
-use zencan_node::common::sdo::{SdoRequest, SdoResponse};
+use zencan_common::sdo::{SdoRequest, SdoResponse};
 
 use super::Master;
 

@@ -8,7 +8,6 @@ use embedded_storage_async::nor_flash::ReadNorFlash as _;
 use thud_firmware::board::ResetCause;
 use thud_firmware::capture::{CAPTURE, Captures};
 use thud_firmware::configuration::Configuration;
-use thud_firmware::node::NodeMemory;
 use thud_firmware::shared::Shared;
 use thud_firmware::storage::{NotStored, Store, stamp};
 use thud_firmware::tasks::{evaluator, node, sampler, storage, supervisor, transmit};
@@ -32,11 +31,10 @@ async fn run(parts: Parts) -> ResetCause {
     let loaded = store.load().await;
     let captures: &'static Captures<CAPTURE> = Box::leak(Box::new(Captures::new()));
     let shared: &'static Shared<CAPTURE> = Box::leak(Box::new(Shared::new(identity, loaded, captures)));
-    let memory: &'static NodeMemory = Box::leak(Box::new(NodeMemory::new()));
     by_priority([
         ("sampler", pin!(async { sampler::run(samples, shared).await })),
         ("transmit", pin!(async { transmit::run(can.clone(), shared).await })),
-        ("node", pin!(async { node::run(can.clone(), shared, memory).await })),
+        ("node", pin!(async { node::run(can.clone(), shared).await })),
         ("evaluator", pin!(async { evaluator::run(shared).await })),
         ("storage", pin!(async { storage::run(store, shared).await })),
         ("supervisor", pin!(async { supervisor::run(can.clone(), watchdog, shared).await })),

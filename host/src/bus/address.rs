@@ -1,8 +1,11 @@
 //! `--bus`: which bus, in one word.
 
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
+use std::path::PathBuf;
 use std::str::FromStr;
 
+use super::log::LogBus;
+use super::slcan::{self, SlcanBus};
 use super::udp::UdpBus;
 use super::{Bus, BusError};
 
@@ -16,8 +19,29 @@ pub const GROUP_V6: Ipv6Addr = Ipv6Addr::new(0xff15, 0x7079, 0x7468, 0x6f6e, 0x6
 pub const PORT: u16 = 43_113;
 
 /// The address of a bus as a person types it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum BusAddress {
+    /// A CAN interface of Linux.
+    SocketCan {
+        /// Its name: `can0`.
+        interface: String,
+    },
+    /// An adapter on a serial port.
+    Slcan {
+        /// The port: `/dev/ttyACM0`, `COM3`.
+        port: String,
+        /// Bits per second on the CAN bus.
+        bit_rate: u32,
+        /// Bits per second on the serial line.
+        baud: u32,
+    },
+    /// A candump log that is played back.
+    Log {
+        /// The file.
+        path: PathBuf,
+        /// How much faster than life; `None` as fast as it can be read.
+        pace: Option<f64>,
+    },
     /// python-can's `udp_multicast`.
     Udp {
         /// Multicast group.
@@ -39,10 +63,37 @@ impl BusAddress {
     /// # Errors
     /// [`BusError::Open`] with what would be right, where that is known.
     pub fn open(&self) -> Result<Box<dyn Bus>, BusError> {
-        match *self {
-            Self::Udp { group, port } => Ok(Box::new(UdpBus::open(group, port)?)),
+        match self {
+            Self::Udp { group, port } => Ok(Box::new(UdpBus::open(*group, *port)?)),
+            Self::Slcan { port, bit_rate, baud } => Ok(Box::new(SlcanBus::open(port, *bit_rate, *baud)?)),
+            Self::Log { path, pace } => Ok(Box::new(LogBus::open(path, *pace)?)),
+            Self::SocketCan { interface } => socket_can(interface),
         }
     }
+
+    /// What the interface is called in a log.
+    #[must_use]
+    pub fn interface(&self) -> &str {
+        match self {
+            Self::SocketCan { interface } => interface,
+            _ => "can0",
+        }
+    }
+}
+
+#[cfg(target_os = "linux")]
+fn socket_can(interface: &str) -> Result<Box<dyn Bus>, BusError> {
+    Ok(Box::new(super::socket_can::SocketCanBus::open(interface)?))
+}
+
+#[cfg(not(target_os = "linux"))]
+fn socket_can(interface: &str) -> Result<Box<dyn Bus>, BusError> {
+    Err(BusError::Open {
+        bus: format!("SocketCAN {interface}"),
+        step: "opening the CAN interface",
+        source: std::io::ErrorKind::Unsupported.into(),
+        help: Some("SocketCAN exists on Linux only; elsewhere an adapter speaks SLCAN: `--bus slcan:PORT`".to_owned()),
+    })
 }
 
 impl std::fmt::Display for BusAddress {
@@ -50,19 +101,17 @@ impl std::fmt::Display for BusAddress {
         match self {
             Self::Udp { group: IpAddr::V4(group), port } => write!(f, "udp:{group}:{port}"),
             Self::Udp { group: IpAddr::V6(group), port } => write!(f, "udp:[{group}]:{port}"),
+            Self::SocketCan { interface } => write!(f, "socketcan:{interface}"),
+            Self::Slcan { port, bit_rate, baud } => write!(f, "slcan:{port},bitrate={bit_rate},baud={baud}"),
+            Self::Log { path, pace: None } => write!(f, "log:{}", path.display()),
+            Self::Log { path, pace: Some(pace) } => write!(f, "log:{},pace={pace}", path.display()),
         }
     }
 }
 
 /// Why a word is not a bus.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum AddressError {
-    /// A transport that exists, but not in this version.
-    #[error("{what} is not supported yet; this version speaks `udp` (python-can's udp_multicast) only")]
-    NotYet {
-        /// The transport's name and the word.
-        what: String,
-    },
     /// The group is not an address.
     #[error("`{0}` is not an IP address; a multicast group is written `udp:239.74.163.2` or `udp:[ff15::1]:43113`")]
     Group(String),
@@ -72,8 +121,24 @@ pub enum AddressError {
     /// The port is not a port.
     #[error("`{0}` is not a UDP port (1 to 65535)")]
     Port(String),
+    /// A port or file is missing.
+    #[error("`{0}:` needs what to open: `slcan:/dev/ttyACM0`, `log:FILE`, `socketcan:can0`")]
+    Nothing(String),
+    /// An option that the transport does not have, or an impossible value.
+    #[error("`{option}` is no option of {transport}: {right}")]
+    Option {
+        /// The transport.
+        transport: &'static str,
+        /// What was written.
+        option: String,
+        /// What would be right.
+        right: &'static str,
+    },
     /// Nothing that is known.
-    #[error("`{0}` is no bus; known are `udp`, `udp6`, `udp:GROUP` and `udp:GROUP:PORT`")]
+    #[error(
+        "`{0}` is no bus; known are `can0` (or another interface, `socketcan:NAME`), `slcan:PORT`, `udp`, `udp6`, \
+         `udp:GROUP`, `udp:GROUP:PORT` and `log:FILE`"
+    )]
     Unknown(String),
 }
 
@@ -89,10 +154,11 @@ impl FromStr for BusAddress {
             ("udp", None) => Ok(Self::default()),
             ("udp6", None) => Ok(Self::Udp { group: GROUP_V6.into(), port: PORT }),
             ("udp" | "udp6", Some(rest)) => udp(rest),
-            ("slcan", _) => Err(AddressError::NotYet { what: format!("SLCAN on a serial port (`{word}`)") }),
-            (name, None) if is_can_interface(name) => {
-                Err(AddressError::NotYet { what: format!("SocketCAN (`{word}`)") })
-            }
+            ("slcan", Some(rest)) if !rest.is_empty() => slcan(rest),
+            ("log", Some(rest)) if !rest.is_empty() => log(rest),
+            ("socketcan", Some(name)) if !name.is_empty() => Ok(Self::SocketCan { interface: name.to_owned() }),
+            ("slcan" | "log" | "socketcan", _) => Err(AddressError::Nothing(transport.to_owned())),
+            (name, None) if is_can_interface(name) => Ok(Self::SocketCan { interface: name.to_owned() }),
             _ => Err(AddressError::Unknown(word.to_owned())),
         }
     }
@@ -101,7 +167,58 @@ impl FromStr for BusAddress {
 /// `can0`, `vcan1`, `slcan0`: how Linux names CAN interfaces.
 fn is_can_interface(name: &str) -> bool {
     let letters = name.trim_end_matches(|c: char| c.is_ascii_digit());
-    matches!(letters, "can" | "vcan" | "slcan" | "vxcan" | "socketcan")
+    letters.len() < name.len() && matches!(letters, "can" | "vcan" | "slcan" | "vxcan")
+}
+
+/// What to open, and options after commas; a comma that begins none belongs to the name.
+fn options(rest: &str) -> (&str, Vec<(&str, &str)>) {
+    let mut name = rest;
+    let mut options = Vec::new();
+    while let Some((before, (key, value))) =
+        name.rsplit_once(',').and_then(|(before, option)| Some((before, option.split_once('=')?)))
+    {
+        options.push((key, value));
+        name = before;
+    }
+    (name, options)
+}
+
+fn slcan(rest: &str) -> Result<BusAddress, AddressError> {
+    let (port, options) = options(rest);
+    let (mut bit_rate, mut baud) = (1_000_000, slcan::BAUD);
+    for (key, value) in options {
+        match (key, value.parse::<u32>()) {
+            ("bitrate", Ok(bits)) if slcan::BIT_RATES.contains(&bits) => bit_rate = bits,
+            ("baud", Ok(bits @ 300..)) => baud = bits,
+            _ => {
+                return Err(AddressError::Option {
+                    transport: "SLCAN",
+                    option: format!("{key}={value}"),
+                    right: "`bitrate=` takes 10000, 20000, 50000, 100000, 125000, 250000, 500000, 800000 or 1000000, \
+                            `baud=` 300 and more",
+                });
+            }
+        }
+    }
+    Ok(BusAddress::Slcan { port: port.to_owned(), bit_rate, baud })
+}
+
+fn log(rest: &str) -> Result<BusAddress, AddressError> {
+    let (path, options) = options(rest);
+    let mut pace = None;
+    for (key, value) in options {
+        match (key, value.parse::<f64>()) {
+            ("pace", Ok(times)) if times.is_finite() && times > 0.0 => pace = Some(times),
+            _ => {
+                return Err(AddressError::Option {
+                    transport: "a log",
+                    option: format!("{key}={value}"),
+                    right: "`pace=1` plays it in its own time, `pace=2` twice as fast",
+                });
+            }
+        }
+    }
+    Ok(BusAddress::Log { path: path.into(), pace })
 }
 
 /// `GROUP` or `GROUP:PORT`, with an IPv6 group in brackets where a port follows.
@@ -150,18 +267,17 @@ mod tests {
             ("udp:239.1.2.3:5000", "udp:239.1.2.3:5000"),
             ("udp:ff15::1", "udp:[ff15::1]:43113"),
             ("udp:[ff15::1]:5000", "udp:[ff15::1]:5000"),
+            ("can0", "socketcan:can0"),
+            ("vcan1", "socketcan:vcan1"),
+            ("socketcan:lab", "socketcan:lab"),
+            ("slcan:/dev/ttyACM0", "slcan:/dev/ttyACM0,bitrate=1000000,baud=115200"),
+            ("slcan:COM3,baud=3000000,bitrate=250000", "slcan:COM3,bitrate=250000,baud=3000000"),
+            ("log:a,b.log", "log:a,b.log"),
+            ("log:a.log,pace=0.5", "log:a.log,pace=0.5"),
         ] {
             let parsed = address(word).expect(word);
             assert_eq!(parsed.to_string(), full);
             assert_eq!(address(full), Ok(parsed));
-        }
-    }
-
-    #[test]
-    fn transports_to_come_are_named() {
-        for (word, name) in [("can0", "SocketCAN"), ("vcan1", "SocketCAN"), ("slcan:/dev/ttyACM0", "SLCAN")] {
-            let error = address(word).unwrap_err();
-            assert!(error.contains(name) && error.contains("not supported yet"), "{error}");
         }
     }
 
@@ -173,7 +289,13 @@ mod tests {
             ("udp:239.1.2.3:0", "`0` is not a UDP port"),
             ("udp:239.1.2.3:99999", "`99999` is not a UDP port"),
             ("udp:[ff15::1]5000", "`5000` is not a UDP port"),
+            ("slcan", "`slcan:` needs what to open"),
+            ("log:", "`log:` needs what to open"),
+            ("slcan:COM3,bitrate=3", "`bitrate=3` is no option of SLCAN: `bitrate=` takes 10000"),
+            ("slcan:COM3,speed=3", "`speed=3` is no option of SLCAN"),
+            ("log:a,pace=-1", "`pace=-1` is no option of a log"),
             ("tcp:1", "`tcp:1` is no bus"),
+            ("can", "`can` is no bus"),
             ("", "`` is no bus"),
         ] {
             let error = address(word).unwrap_err();

@@ -9,6 +9,8 @@ use rmp::decode::{self, RmpRead as _};
 use rmp::encode;
 use thud_firmware::board::Frame;
 
+use super::Heard;
+
 /// The keys, in python-can's order.
 const KEYS: [&str; 11] = [
     "timestamp",
@@ -27,15 +29,6 @@ const KEYS: [&str; 11] = [
 /// The longest packet that can carry a frame: the keys (124 bytes), their values for 64 bytes of CAN FD data, and
 /// room for a channel name. python-can reads 4096.
 pub const LONGEST: usize = 4096;
-
-/// What a good packet holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Packet {
-    /// A classic data frame with an 11-bit identifier.
-    Frame(Frame),
-    /// A frame of a kind that CANopen does not use, and why.
-    Foreign(&'static str),
-}
 
 /// What is wrong with a packet.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -103,7 +96,7 @@ fn write(packet: &mut Vec<u8>, frame: &Frame, timestamp_s: f64) -> Result<(), en
 ///
 /// # Errors
 /// [`Malformed`] says what was wrong; no input makes it panic or allocate more than the packet is long.
-pub fn decode(packet: &[u8]) -> Result<Packet, Malformed> {
+pub fn decode(packet: &[u8]) -> Result<Heard, Malformed> {
     let mut rest = packet;
     let pairs = decode::read_map_len(&mut rest).map_err(|_| Malformed::NotAMap)?;
 
@@ -154,15 +147,15 @@ pub fn decode(packet: &[u8]) -> Result<Packet, Malformed> {
         return Err(Malformed::Length { dlc, data: data.len() });
     }
     if error {
-        return Ok(Packet::Foreign("error frame"));
+        return Ok(Heard::Foreign("error frame"));
     } else if fd {
-        return Ok(Packet::Foreign("CAN FD frame"));
+        return Ok(Heard::Foreign("CAN FD frame"));
     } else if remote {
-        return Ok(Packet::Foreign("remote request"));
+        return Ok(Heard::Foreign("remote request"));
     } else if extended {
-        return Ok(Packet::Foreign("29-bit identifier"));
+        return Ok(Heard::Foreign("29-bit identifier"));
     }
-    Frame::new(identifier as u16, data).map(Packet::Frame).ok_or(Malformed::Length { dlc, data: data.len() })
+    Frame::new(identifier as u16, data).map(Heard::Frame).ok_or(Malformed::Length { dlc, data: data.len() })
 }
 
 fn unsigned(rest: &mut &[u8], key: &'static str) -> Result<u32, Malformed> {
@@ -217,7 +210,7 @@ mod tests {
     fn the_bytes_are_python_cans() {
         let frame = Frame::new(0x123, &[1, 2, 3]).unwrap();
         assert_eq!(encode(&frame, 1.5), PYTHON);
-        assert_eq!(decode(PYTHON), Ok(Packet::Frame(frame)));
+        assert_eq!(decode(PYTHON), Ok(Heard::Frame(frame)));
     }
 
     fn with(key: &str, old: &[u8], new: &[u8]) -> Vec<u8> {
@@ -229,10 +222,10 @@ mod tests {
 
     #[test]
     fn frames_that_canopen_does_not_use_are_foreign_not_malformed() {
-        assert_eq!(decode(&with("is_extended_id", b"\xc2", b"\xc3")), Ok(Packet::Foreign("29-bit identifier")));
-        assert_eq!(decode(&with("is_remote_frame", b"\xc2", b"\xc3")), Ok(Packet::Foreign("remote request")));
-        assert_eq!(decode(&with("is_error_frame", b"\xc2", b"\xc3")), Ok(Packet::Foreign("error frame")));
-        assert_eq!(decode(&with("is_fd", b"\xc2", b"\xc3")), Ok(Packet::Foreign("CAN FD frame")));
+        assert_eq!(decode(&with("is_extended_id", b"\xc2", b"\xc3")), Ok(Heard::Foreign("29-bit identifier")));
+        assert_eq!(decode(&with("is_remote_frame", b"\xc2", b"\xc3")), Ok(Heard::Foreign("remote request")));
+        assert_eq!(decode(&with("is_error_frame", b"\xc2", b"\xc3")), Ok(Heard::Foreign("error frame")));
+        assert_eq!(decode(&with("is_fd", b"\xc2", b"\xc3")), Ok(Heard::Foreign("CAN FD frame")));
     }
 
     #[test]
@@ -271,7 +264,7 @@ mod tests {
         #[test]
         fn every_frame_survives(id in 0_u16..0x800, data in prop::collection::vec(any::<u8>(), 0..=8), at: f64) {
             let frame = Frame::new(id, &data).unwrap();
-            prop_assert_eq!(decode(&encode(&frame, at)), Ok(Packet::Frame(frame)));
+            prop_assert_eq!(decode(&encode(&frame, at)), Ok(Heard::Frame(frame)));
         }
 
         #[test]

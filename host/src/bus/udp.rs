@@ -15,8 +15,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use socket2::{Domain, Protocol, Socket, Type};
 use thud_firmware::board::Frame;
 
-use super::packet::{self, Packet};
-use super::{Bus, BusError, Counters, Stamped};
+use super::{Bus, BusError, Counters, Heard, Stamped, packet};
 
 /// Packets do not leave the local network; python-can's default.
 const HOPS: u32 = 1;
@@ -73,11 +72,11 @@ impl UdpBus {
             return None;
         }
         match packet::decode(&self.buffer[..length]) {
-            Ok(Packet::Frame(frame)) => {
+            Ok(Heard::Frame(frame)) => {
                 self.counters.received += 1;
                 Some(frame)
             }
-            Ok(Packet::Foreign(_)) => {
+            Ok(Heard::Foreign(_)) => {
                 self.counters.foreign += 1;
                 None
             }

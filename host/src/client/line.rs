@@ -4,10 +4,11 @@
 //! later by [`Line::next`]. The line also watches the SDO channels of all nodes: another master's requests are seen, so
 //! that one's own wait for a quiet moment, and an answer that nobody asked for means that two devices share a node id.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
 use thud_firmware::board::Frame;
+use zencan_common::sdo::SdoResponse;
 
 use crate::bus::{Bus, BusError, Counters, Stamped};
 
@@ -43,13 +44,23 @@ pub struct Line {
     inbox: VecDeque<Stamped>,
     channels: [Channel; 128],
     dropped: u64,
+    /// In a log: what others read out of nodes, by node, index and sub-index.
+    overheard: BTreeMap<(u8, u16, u8), [u8; 4]>,
+    overheard_count: u64,
 }
 
 impl Line {
     /// The line over this bus.
     #[must_use]
     pub fn new(bus: Box<dyn Bus>) -> Self {
-        Self { bus, inbox: VecDeque::new(), channels: [Channel::default(); 128], dropped: 0 }
+        Self {
+            bus,
+            inbox: VecDeque::new(),
+            channels: [Channel::default(); 128],
+            dropped: 0,
+            overheard: BTreeMap::new(),
+            overheard_count: 0,
+        }
     }
 
     /// The bus's clock.
@@ -101,6 +112,45 @@ impl Line {
                 return Ok(None);
             }
         }
+    }
+
+    /// Whether nobody is there who could answer: a log is played back.
+    #[must_use]
+    pub fn is_playback(&self) -> bool {
+        self.bus.is_playback()
+    }
+
+    /// Whether nothing that was heard during a transfer still waits to be read.
+    #[must_use]
+    pub fn is_read(&self) -> bool {
+        self.inbox.is_empty()
+    }
+
+    /// Whether nothing will ever come any more.
+    #[must_use]
+    pub fn ended(&self) -> bool {
+        self.inbox.is_empty() && self.bus.ended()
+    }
+
+    /// While a log is played back: what an object of up to four bytes held when it was last read by whoever is in the log.
+    #[must_use]
+    pub fn overheard(&self, node: u8, index: u16, sub: u8) -> Option<[u8; 4]> {
+        self.overheard.get(&(node, index, sub)).copied()
+    }
+
+    /// How many answers have been overheard so far.
+    #[must_use]
+    pub fn overheard_count(&self) -> u64 {
+        self.overheard_count
+    }
+
+    /// Listens for a while and keeps nothing: what was heard is with the bus, which logs it.
+    ///
+    /// # Errors
+    /// [`BusError::Receive`].
+    pub fn hear(&mut self, timeout: Duration) -> Result<(), BusError> {
+        self.inbox.clear();
+        self.receive(timeout).map(drop)
     }
 
     /// How many answers of this node nobody had asked for: another device with the same id gave them.
@@ -186,6 +236,11 @@ impl Line {
                 self.channels[usize::from(node)].foreign = Some(at);
             } else if let (Some(node), [state]) = (node_of(&frame, HEARTBEAT), frame.bytes()) {
                 self.channels[usize::from(node)].heartbeat = Some((*state, at));
+            } else if let (true, Some(node)) = (self.bus.is_playback(), answers(&frame))
+                && let Ok(SdoResponse::ConfirmUpload { e: true, index, sub, data, .. }) = frame.data.try_into()
+            {
+                self.overheard.insert((node, index, sub), data);
+                self.overheard_count += 1;
             }
         }
         Ok(stamped)

@@ -13,12 +13,13 @@ use std::time::Duration;
 
 use serde::Serialize;
 use thud_firmware::configuration::{Configuration, ContactKind, FilterProfile};
+use thud_firmware::configuration_lock::{self, Key};
 use thud_firmware::dictionary::{APPLY, DISCARD, index};
 use thud_firmware::limits::{LimitsProfile, Region};
 use thud_firmware::units::{Hertz, Kilogram, Newton, NewtonPerMetre, Second, Volt};
 
 use super::sdo::{Sdo, SdoError};
-use super::{Client, ClientError};
+use super::{Client, ClientError, Nmt};
 use crate::settings::CHAIN_RANGE;
 
 /// A setting's value as its object holds it.
@@ -52,6 +53,15 @@ impl Raw {
             Self::U32(_) => Self::U32(sdo.read(index, sub)?),
             Self::F32(_) => Self::F32(sdo.read(index, sub)?),
         })
+    }
+
+    fn append_to(self, bytes: &mut Vec<u8>) {
+        match self {
+            Self::U8(value) => bytes.push(value),
+            Self::U16(value) => bytes.extend(value.to_le_bytes()),
+            Self::U32(value) => bytes.extend(value.to_le_bytes()),
+            Self::F32(value) => bytes.extend(value.to_le_bytes()),
+        }
     }
 
     fn write(self, sdo: &mut Sdo<'_>, index: u16, sub: u8) -> Result<(), SdoError> {
@@ -257,6 +267,8 @@ pub struct Configured {
     pub changes: Vec<Change>,
     /// Somebody had written settings and not applied them; they were discarded first.
     pub discarded_foreign: bool,
+    /// It was armed (Operational): it was disarmed for the change and armed again.
+    pub disarmed: bool,
     /// It is also in flash.
     pub stored: bool,
 }
@@ -273,12 +285,31 @@ impl Wanted {
         self.values.push((name, raw));
     }
 
+    /// The settings that differ from those in force, as a signed change carries them.
+    fn signed_settings(&self, before: &Active) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        for (name, raw) in &self.values {
+            let Some(item) = ITEMS.iter().find(|item| item.name == *name) else { continue };
+            if (item.get)(&before.configuration) != *raw {
+                bytes.extend(item.index.to_le_bytes());
+                bytes.push(item.sub);
+                raw.append_to(&mut bytes);
+            }
+        }
+        bytes
+    }
+
     /// Whether there is nothing to set.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()
     }
 }
+
+/// CiA 301, "because of the present device state": the sensor is Operational.
+const ARMED: u32 = 0x0800_0022;
+/// CiA 301, "because of local control": the sensor wants its key.
+const LOCKED: u32 = 0x0800_0021;
 
 /// Bits of 0x2010:2.
 const STAGED: u8 = 1;
@@ -308,18 +339,70 @@ impl Client {
         Ok(Active { configuration, revision, hash })
     }
 
-    /// Changes settings of a node, all or none, and reads back what is then in force.
+    /// Changes settings of a node, all or none, and reads back what is then in force. An armed sensor is disarmed (made
+    /// Pre-operational) for it and armed again, whatever becomes of the change. With a key the change is signed.
     ///
     /// # Errors
-    /// [`ClientError::Refused`] with the range that is permitted; then nothing was changed.
-    pub fn configure(&mut self, node: u8, wanted: &Wanted) -> Result<Configured, ClientError> {
+    /// [`ClientError::Refused`] with the range that is permitted; then nothing was changed. [`ClientError::Locked`].
+    pub fn configure(&mut self, node: u8, wanted: &Wanted, key: Option<&Key>) -> Result<Configured, ClientError> {
+        self.disarmed(node, |client| client.configure_disarmed(node, wanted, key))
+            .map(|(configured, disarmed)| Configured { disarmed, ..configured })
+    }
+
+    /// Locks the configuration of a node with a key; with another one in force, that one has to be given. `None` as the new key
+    /// unlocks. Returns whether the sensor was disarmed for it.
+    ///
+    /// # Errors
+    /// [`ClientError::Locked`].
+    pub fn lock(&mut self, node: u8, new: Option<&Key>, key: Option<&Key>) -> Result<bool, ClientError> {
+        let new = new.copied().unwrap_or_default();
+        let write = |client: &mut Self| {
+            if client.is_locked(node)? {
+                let mut settings = index::LOCK.to_le_bytes().to_vec();
+                settings.push(4);
+                settings.extend(new);
+                return client.write_signed(node, &settings, key);
+            }
+            let written = client.sdo(node).download(index::LOCK, 4, &new);
+            client.explained(node, written, None)
+        };
+        self.disarmed(node, write).map(|((), disarmed)| disarmed)
+    }
+
+    /// Does what an armed sensor refuses: disarms it if it has to be, and arms it again. Returns whether it had to be.
+    fn disarmed<T>(
+        &mut self,
+        node: u8,
+        mut change: impl FnMut(&mut Self) -> Result<T, ClientError>,
+    ) -> Result<(T, bool), ClientError> {
+        match change(self) {
+            Err(ClientError::Armed { .. }) => {}
+            other => return other.map(|done| (done, false)),
+        }
+        self.nmt(Nmt::PreOperational, node)?;
+        let done = change(self);
+        self.nmt(Nmt::Start, node)?;
+        done.map(|done| (done, true))
+    }
+
+    fn is_locked(&mut self, node: u8) -> Result<bool, ClientError> {
+        Ok(self.sdo(node).read::<u8>(index::LOCK, 1)? != 0)
+    }
+
+    fn configure_disarmed(&mut self, node: u8, wanted: &Wanted, key: Option<&Key>) -> Result<Configured, ClientError> {
         let discarded_foreign = self.sdo(node).read::<u8>(index::TRANSACTION, 2)? & STAGED != 0;
         if discarded_foreign {
-            self.sdo(node).write(index::TRANSACTION, 1, DISCARD)?;
+            let discarded = self.sdo(node).write(index::TRANSACTION, 1, DISCARD);
+            self.explained(node, discarded, None)?;
         }
         let before = self.read_configuration(node)?;
 
-        if let Err(error) = self.stage_and_apply(node, wanted, &before) {
+        if self.is_locked(node)? {
+            let settings = wanted.signed_settings(&before);
+            if !settings.is_empty() {
+                self.write_signed(node, &settings, key)?;
+            }
+        } else if let Err(error) = self.stage_and_apply(node, wanted, &before) {
             // Whatever was staged goes; where the bus itself failed, the sensor still has its old configuration.
             let _ = self.sdo(node).write(index::TRANSACTION, 1, DISCARD);
             return Err(error);
@@ -342,7 +425,7 @@ impl Client {
                 (old != new).then(|| Change { setting: item.name, old: item.show(old), new: item.show(new) })
             })
             .collect();
-        Ok(Configured { before, after, changes, discarded_foreign, stored })
+        Ok(Configured { before, after, changes, discarded_foreign, disarmed: false, stored })
     }
 
     fn stage_and_apply(&mut self, node: u8, wanted: &Wanted, before: &Active) -> Result<(), ClientError> {
@@ -363,6 +446,23 @@ impl Client {
         Ok(())
     }
 
+    /// One change, signed with the key and the next counter.
+    fn write_signed(&mut self, node: u8, settings: &[u8], key: Option<&Key>) -> Result<(), ClientError> {
+        let key = key.ok_or(ClientError::Locked { node, why: "and no key was given" })?;
+        let serial: u32 = self.sdo(node).read(index::IDENTITY, 4)?;
+        let counter = self.sdo(node).read::<u32>(index::LOCK, 2)?.saturating_add(1);
+        let mut change = counter.to_le_bytes().to_vec();
+        change.extend(settings);
+        change.extend(configuration_lock::tag(key, serial, counter, settings));
+        let written = self.sdo(node).download(index::LOCK, 3, &change);
+        match self.explained(node, written, None) {
+            // Its answer was lost and it was asked again: then it had been taken, and the counter says so.
+            Err(ClientError::Locked { .. }) if self.sdo(node).read::<u32>(index::LOCK, 2)? == counter => Ok(()),
+            Err(ClientError::Locked { node, .. }) => Err(ClientError::Locked { node, why: "and this is not its key" }),
+            other => other,
+        }
+    }
+
     /// A refusal becomes a sentence with what is permitted.
     fn explained(
         &mut self,
@@ -372,6 +472,8 @@ impl Client {
     ) -> Result<(), ClientError> {
         match result {
             Ok(()) => Ok(()),
+            Err(SdoError::Aborted { code: ARMED, .. }) => Err(ClientError::Armed { node }),
+            Err(SdoError::Aborted { code: LOCKED, .. }) => Err(ClientError::Locked { node, why: "by a key" }),
             Err(error @ SdoError::Aborted { .. }) => {
                 let sentence = match self.refusal(node, written) {
                     Some(sentence) => format!("{sentence}, SDO abort {:08X}h)", error.abort_code().unwrap_or_default()),

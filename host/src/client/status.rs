@@ -45,6 +45,10 @@ pub struct Status {
     pub zero_code: f32,
     /// Zero and noise are settled; before that nothing passes.
     pub settled: bool,
+    /// Whether writing the configuration wants a key.
+    pub locked: bool,
+    /// How often the board has started, this time included; event numbers begin anew with each start. 0 where it is not known.
+    pub start: u32,
     /// Since power-up.
     pub uptime_s: u32,
     /// Why it started.
@@ -74,8 +78,8 @@ pub struct Loss {
     pub count: u32,
 }
 
-/// Sub-indices 1 to 12 of 0x2400.
-const LOSSES: [&str; 12] = [
+/// Sub-indices 1 to 14 of 0x2400.
+const LOSSES: [&str; 14] = [
     "overruns",
     "lost samples",
     "frames evicted",
@@ -88,6 +92,8 @@ const LOSSES: [&str; 12] = [
     "alarms withheld",
     "events not sent",
     "storage failures",
+    "stream frames dropped",
+    "changes rejected",
 ];
 
 /// NMT state in words, CiA 301 7.2.8.3.2.2.
@@ -145,6 +151,8 @@ impl Client {
             threshold_n: sdo.read(index::DETECTOR, 6)?,
             zero_code: sdo.read(index::DETECTOR, 1)?,
             settled: sdo.read::<u8>(index::DETECTOR, 4)? != 0,
+            locked: sdo.read::<u8>(index::LOCK, 1)? != 0,
+            start: sdo.read(index::BOARD, 8)?,
             uptime_s: sdo.read(index::BOARD, 1)?,
             reset_cause: match sdo.read::<u8>(index::BOARD, 3)? {
                 0 => "power",

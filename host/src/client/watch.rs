@@ -18,10 +18,12 @@ use thud_firmware::dictionary::frame::{self, ALARM_BASE, Alarm, Assembly, Part, 
 use thud_firmware::dictionary::{event_record, index};
 use thud_firmware::emergency::Emergency;
 use thud_firmware::event::{Event, Flags, Verdict};
+use thud_firmware::stream::{STREAM_BASE, Samples};
 use thud_firmware::units::Hertz;
 
 use super::find::{self, Sensor};
 use super::line::node_of;
+use super::samples::{SampleStream, Streamed};
 use super::sdo::SdoError;
 use super::status::nmt_state;
 use super::{Client, ClientError, Nmt, emergency};
@@ -30,6 +32,8 @@ use super::{Client, ClientError, Nmt, emergency};
 const PATIENCE: Duration = Duration::from_millis(300);
 /// How often the log is asked for its newest number, so that an event is seen whose frames were all lost.
 const POLL: Duration = Duration::from_secs(1);
+/// How often it is looked whether something is due.
+const LOOK: Duration = Duration::from_millis(10);
 /// Node ids of the frames that are heard.
 const EMERGENCY: u16 = 0x080;
 const HEARTBEAT: u16 = 0x700;
@@ -55,8 +59,10 @@ pub struct SeenEvent {
     pub node: u8,
     /// Serial number.
     pub serial: u32,
-    /// Number of the event.
+    /// Number of the event, counted from 1 after each start.
     pub number: u32,
+    /// Which start of the board it was sensed in; with serial and number it names the event for ever. 0 where it is not known.
+    pub start: u32,
     /// Low 16 bits of the impact's number.
     pub impact: u16,
     /// 0 for the blow, n for its n-th rebound.
@@ -188,16 +194,23 @@ pub struct Watch {
     followed: BTreeMap<u8, Followed>,
     /// Started sensors are set to Operational.
     start: bool,
+    /// Nobody can be asked: what is known is what was heard. The sample rate of sensors that it was not heard of.
+    only_heard: Option<Hertz>,
+    /// When it was last looked what is due.
+    looked: Duration,
     /// The last reset that another master ordered: for which node (0 all), and when.
     reset: Option<(u8, Duration)>,
 }
 
 struct Followed {
     sensor: Sensor,
+    start: u32,
     assembly: Assembly,
     since: Duration,
     /// The newest event number that was seen or is missing.
     newest: u32,
+    /// Whether that is known; otherwise the next event is where counting begins.
+    counting: bool,
     /// Passed-over numbers, and since when.
     missing: BTreeMap<u32, Duration>,
     sample_rate: Hertz,
@@ -211,11 +224,17 @@ struct Followed {
     surplus: u32,
     /// Serial numbers of the devices that share its id, as last told.
     doubled: Vec<u32>,
+    stream: SampleStream,
+    /// Answers to others that had been overheard when it was last looked among them.
+    overheard: u64,
 }
 
 impl Followed {
-    /// The full sample number whose low 32 bits these are: the one nearest to now.
-    fn widen(&self, low: u32, now: Duration) -> u64 {
+    /// The full sample number whose low 32 bits these are: the one nearest to now; the low bits alone where nothing else is known.
+    fn widen(&mut self, low: u32, now: Duration, only_heard: bool) -> u64 {
+        if only_heard && self.sample.0 == 0 {
+            self.sample = (low.into(), now);
+        }
         let (at, read) = self.sample;
         let elapsed = now.saturating_sub(read).as_secs_f64() * f64::from(self.sample_rate.0);
         let expected = at + elapsed as u64;
@@ -256,6 +275,7 @@ impl Followed {
             node: self.sensor.node,
             serial: self.sensor.serial,
             number,
+            start: self.start,
             impact: summary.impact,
             contact: summary.contact,
             contact_s,
@@ -283,11 +303,36 @@ impl Watch {
     /// # Errors
     /// [`ClientError::Sdo`] when one does not answer.
     pub fn new(client: &mut Client, sensors: Vec<Sensor>, start: bool) -> Result<Self, ClientError> {
-        let mut watch = Self { followed: BTreeMap::new(), start, reset: None };
+        let mut watch =
+            Self { followed: BTreeMap::new(), start, only_heard: None, looked: Duration::ZERO, reset: None };
         for sensor in sensors {
             watch.follow(client, sensor)?;
         }
         Ok(watch)
+    }
+
+    /// What came of the sample streams, by node id; those that never streamed are not there.
+    pub fn streamed(&self) -> impl Iterator<Item = (u8, Streamed)> {
+        self.followed
+            .iter()
+            .map(|(node, followed)| (*node, followed.stream.streamed()))
+            .filter(|(_, streamed)| streamed.values > 0)
+    }
+
+    /// Follows whoever is heard, without asking anybody anything, as a log wants it. Serial number and sample rate are
+    /// taken from what others asked within hearing; `sample_rate` is for sensors of which it was not heard.
+    ///
+    /// An event that is not there cannot be read from the sensor: it is lost. Instants count from a multiple of 2³² samples
+    /// (59.7 h at 20 kS/s), because frames carry the low 32 bits.
+    #[must_use]
+    pub fn listening(sample_rate: Hertz) -> Self {
+        Self {
+            followed: BTreeMap::new(),
+            start: false,
+            only_heard: Some(sample_rate),
+            looked: Duration::ZERO,
+            reset: None,
+        }
     }
 
     /// The sensors that are followed.
@@ -304,9 +349,16 @@ impl Watch {
         if let Some(stamped) = client.line.next(timeout)? {
             self.sort(client, &stamped.frame, stamped.at, &mut happened)?;
         }
-        let nodes: Vec<u8> = self.followed.keys().copied().collect();
-        for node in nodes {
-            self.look_after(client, node, &mut happened)?;
+        // What is due is due within tenths of seconds: not after each of thousands of frames.
+        let now = client.line.now();
+        // And not before what has come already: asking a sensor that does not answer takes seconds.
+        let may = client.line.is_read() && now >= self.looked + LOOK;
+        if may || now >= self.looked + POLL || client.line.ended() {
+            self.looked = now;
+            let nodes: Vec<u8> = self.followed.keys().copied().collect();
+            for node in nodes {
+                self.look_after(client, node, &mut happened)?;
+            }
         }
         Ok(happened)
     }
@@ -320,6 +372,7 @@ impl Watch {
         let newest = sdo.read(index::EVENT_LOG, 2)?;
         let sample_rate = Hertz(sdo.read(index::CHAIN, 1)?);
         let sample = sdo.read(index::BOARD, 2)?;
+        let start = sdo.read(index::BOARD, 8)?;
         let heartbeat_ms: u16 = sdo.read(index::HEARTBEAT, 0)?;
         let now = client.line.now();
         let doubled = self.followed.remove(&node).map_or_else(Vec::new, |before| before.doubled);
@@ -327,9 +380,11 @@ impl Watch {
             node,
             Followed {
                 sensor,
+                start,
                 assembly: Assembly::new(),
                 since: now,
                 newest,
+                counting: true,
                 missing: BTreeMap::new(),
                 sample_rate,
                 sample: (sample, now),
@@ -340,9 +395,52 @@ impl Watch {
                 silent: false,
                 surplus: client.line.surplus_answers(node),
                 doubled,
+                stream: SampleStream::default(),
+                overheard: 0,
             },
         );
         Ok(())
+    }
+
+    /// A node that was heard, without asking it anything.
+    fn hear(&mut self, client: &Client, node: u8, sample_rate: Hertz, at: Duration) -> &mut Followed {
+        let read = |index, sub| client.line.overheard(node, index, sub);
+        let followed = self.followed.entry(node).or_insert_with(|| Followed {
+            sensor: Sensor { node, serial: 0 },
+            start: 0,
+            assembly: Assembly::new(),
+            since: at,
+            newest: 0,
+            counting: false,
+            missing: BTreeMap::new(),
+            sample_rate,
+            sample: (0, at),
+            polled: at,
+            heartbeat: Duration::ZERO,
+            heard: at,
+            state: None,
+            silent: false,
+            surplus: 0,
+            doubled: Vec::new(),
+            stream: SampleStream::default(),
+            overheard: 0,
+        });
+        let overheard = client.line.overheard_count();
+        if followed.overheard == overheard {
+            // Nothing was asked since: a log has thousands of frames between two questions.
+            return followed;
+        }
+        followed.overheard = overheard;
+        if let Some(serial) = read(index::IDENTITY, 4) {
+            followed.sensor.serial = u32::from_le_bytes(serial);
+        }
+        if let Some(start) = read(index::BOARD, 8) {
+            followed.start = u32::from_le_bytes(start);
+        }
+        if let Some(rate) = read(index::CHAIN, 1).map(f32::from_le_bytes).filter(|rate| *rate > 0.0) {
+            followed.sample_rate = Hertz(rate);
+        }
+        followed
     }
 
     /// One frame.
@@ -353,6 +451,24 @@ impl Watch {
         at: Duration,
         happened: &mut Vec<Happening>,
     ) -> Result<(), ClientError> {
+        if let Some(node) = node_of(frame, STREAM_BASE) {
+            if let (Some(followed), Some(samples)) = (self.followed.get_mut(&node), Samples::decode(frame.bytes())) {
+                followed.heard = at;
+                followed.stream.push(&samples);
+            }
+            return Ok(());
+        }
+        if let Some(sample_rate) = self.only_heard {
+            let event = Part::of(frame.id).map(|(_, node)| node);
+            let heard = event.or_else(|| node_of(frame, HEARTBEAT)).or_else(|| node_of(frame, ALARM_BASE));
+            if let Some(node) = heard {
+                let followed = self.hear(client, node, sample_rate, at);
+                if let (false, Some(_), [low, high, ..]) = (followed.counting, event, frame.bytes()) {
+                    followed.newest = u32::from(u16::from_le_bytes([*low, *high])).saturating_sub(1);
+                    followed.counting = true;
+                }
+            }
+        }
         if let Some(node) = node_of(frame, HEARTBEAT) {
             return self.heartbeat(client, node, frame.bytes(), at, happened);
         }
@@ -374,13 +490,17 @@ impl Watch {
             }
             return Ok(());
         }
+        let only_heard = self.only_heard.is_some();
         if let Some(followed) = node_of(frame, ALARM_BASE).and_then(|node| self.followed.get_mut(&node)) {
             let node = followed.sensor.node;
             followed.heard = at;
             happened.push(match Alarm::decode(frame.bytes()) {
                 Ok(alarm) => Happening::Alarm {
                     node,
-                    noticed_s: followed.seconds(followed.widen(alarm.index, at), 0.0),
+                    noticed_s: {
+                        let noticed = followed.widen(alarm.index, at, only_heard);
+                        followed.seconds(noticed, 0.0)
+                    },
                     force_n: alarm.force.0,
                     impact: alarm.impact,
                 },
@@ -397,7 +517,7 @@ impl Watch {
                 Ok(Some(summary)) => {
                     let number = followed.number(summary.number);
                     if followed.is_new(number, at) {
-                        let contact = followed.widen(summary.contact_index, at);
+                        let contact = followed.widen(summary.contact_index, at, only_heard);
                         let event = followed.seen(number, &summary, contact, Source::Frames);
                         happened.push(Happening::Event(Box::new(event)));
                     }
@@ -419,6 +539,17 @@ impl Watch {
         happened: &mut Vec<Happening>,
     ) -> Result<(), ClientError> {
         let [state] = *bytes else { return Ok(()) };
+        if let (true, Some(followed)) = (self.only_heard.is_some(), self.followed.get_mut(&node)) {
+            followed.heard = at;
+            if state & 0x7F == BOOT_UP {
+                (followed.newest, followed.counting, followed.sample, followed.state) = (0, true, (0, at), None);
+                followed.missing.clear();
+                happened.push(Happening::Started { node, serial: followed.sensor.serial });
+            } else if followed.state.replace(state) != Some(state) {
+                happened.push(Happening::State { node, state: nmt_state(state) });
+            }
+            return Ok(());
+        }
         let known = self.followed.contains_key(&node);
         if !known || state & 0x7F == BOOT_UP {
             // Somebody new, or somebody who begins anew.
@@ -512,6 +643,19 @@ impl Watch {
     fn look_after(&mut self, client: &mut Client, node: u8, happened: &mut Vec<Happening>) -> Result<(), ClientError> {
         let Some(followed) = self.followed.get_mut(&node) else { return Ok(()) };
         let now = client.line.now();
+        if self.only_heard.is_some() {
+            let ended = client.line.ended();
+            let mut numbers = Vec::new();
+            followed.missing.retain(|number, since| {
+                let lost = ended || now >= *since + PATIENCE;
+                numbers.extend(lost.then_some(*number));
+                !lost
+            });
+            if !numbers.is_empty() {
+                happened.push(Happening::Lost { node, numbers });
+            }
+            return Ok(());
+        }
 
         let surplus = client.line.surplus_answers(node);
         if surplus > followed.surplus {
@@ -634,9 +778,11 @@ mod tests {
     fn followed() -> Followed {
         Followed {
             sensor: Sensor { node: 32, serial: 7 },
+            start: 1,
             assembly: Assembly::new(),
             since: Duration::ZERO,
             newest: 0,
+            counting: true,
             missing: BTreeMap::new(),
             sample_rate: Hertz(20_000.0),
             sample: (0, Duration::ZERO),
@@ -647,6 +793,8 @@ mod tests {
             silent: false,
             surplus: 0,
             doubled: Vec::new(),
+            stream: SampleStream::default(),
+            overheard: 0,
         }
     }
 
@@ -676,7 +824,7 @@ mod tests {
         // 2³² samples at 20 kS/s are 59.7 hours.
         followed.sample = ((1 << 32) - 1_000, Duration::from_secs(10));
         let after = Duration::from_secs(11);
-        assert_eq!(followed.widen(18_990, after), (1 << 32) + 18_990);
-        assert_eq!(followed.widen(0xFFFF_FFFF, after), (1 << 32) - 1);
+        assert_eq!(followed.widen(18_990, after, false), (1 << 32) + 18_990);
+        assert_eq!(followed.widen(0xFFFF_FFFF, after, false), (1 << 32) - 1);
     }
 }

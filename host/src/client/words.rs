@@ -21,9 +21,12 @@ pub fn traffic(bus: &str, counters: &Counters) -> String {
     if counters.lost > 0 {
         words += &format!(", {} LOST before they could be read", counters.lost);
     }
+    if counters.refused > 0 {
+        words += &format!(", {} commands or frames refused by the adapter", counters.refused);
+    }
     if counters.malformed > 0 {
         let last = counters.last_malformed.as_deref().unwrap_or("");
-        words += &format!(", {} malformed packets ({last})", counters.malformed);
+        words += &format!(", {} malformed ({last})", counters.malformed);
     }
     if counters.foreign > 0 {
         words += &format!(", {} frames that are not CANopen", counters.foreign);

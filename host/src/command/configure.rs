@@ -1,5 +1,6 @@
 //! `thud configure`: change what a sensor judges by, all or nothing.
 
+use std::path::PathBuf;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use clap::builder::TypedValueParser as _;
@@ -12,6 +13,7 @@ use crate::client::settings::{Active, Change, Configured, ITEMS, Raw, Wanted};
 use crate::client::words::searching;
 use crate::client::{Client, ClientError, Nmt};
 use crate::json::JsonOption;
+use crate::key_file;
 use crate::settings::{contact_word, names};
 use crate::table::{Side, Table};
 
@@ -20,9 +22,12 @@ use crate::table::{Side, Table};
 /// Only what is given changes, and all of it or nothing: the sensor checks the whole and says what it refuses and what
 /// it would permit. The new configuration is in force between impacts, gets the next revision, and is kept in flash.
 /// Without any setting, the present configuration is shown.
+///
+/// An armed (Operational) sensor refuses configuration: it is disarmed for the change and armed again, which is said. A
+/// configuration can be locked with a key (--lock): from then on everybody reads it, and only who has the key changes it.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_long_help = "Examples:\n  thud configure --region chest --mass 6.1\n  thud configure --node 32 --node-id 33 --reset"
+    after_long_help = "Examples:\n  thud configure --region chest --mass 6.1\n  thud configure --node 32 --node-id 33 --reset\n  thud configure --lock cell.key\n  thud configure --region face --key cell.key"
 )]
 pub struct Configure {
     #[command(flatten)]
@@ -37,7 +42,24 @@ pub struct Configure {
     #[command(flatten)]
     on_bus: OnBus,
     #[command(flatten)]
+    lock: Lock,
+    #[command(flatten)]
     json: JsonOption,
+}
+
+#[derive(clap::Args, Debug)]
+#[command(next_help_heading = "Lock")]
+struct Lock {
+    /// The key of a locked configuration: a file with 32 hexadecimal digits
+    #[arg(long, value_name = "FILE")]
+    key: Option<PathBuf>,
+    /// Lock the configuration with the key in FILE; where there is no such file, a new key is drawn and written there. The
+    /// key crosses the bus as it is: do this where nobody else listens
+    #[arg(long, value_name = "FILE", conflicts_with = "unlock")]
+    lock: Option<PathBuf>,
+    /// Remove the lock; needs --key
+    #[arg(long, requires = "key")]
+    unlock: bool,
 }
 
 #[derive(clap::Args, Debug)]
@@ -151,6 +173,8 @@ struct Setting {
 
 impl Configure {
     pub(super) fn run(self) -> miette::Result<()> {
+        let key = self.lock.key.as_deref().map(key_file::read).transpose()?;
+        let new_key = self.lock.lock.as_deref().map(key_file::read_or_draw).transpose()?;
         let mut client = Client::open(&self.bus.bus)?;
         let progress = searching(&client.line().describe());
         let sensor = client.the_sensor(self.node)?;
@@ -162,10 +186,21 @@ impl Configure {
         let wanted = self.wanted();
         let done = if wanted.is_empty() {
             let active = client.read_configuration(node)?;
-            Configured { before: active, after: active, changes: vec![], discarded_foreign: false, stored: true }
+            Configured {
+                before: active,
+                after: active,
+                changes: vec![],
+                discarded_foreign: false,
+                disarmed: false,
+                stored: true,
+            }
         } else {
-            client.configure(node, &wanted)?
+            client.configure(node, &wanted, key.as_ref())?
         };
+        let mut disarmed = done.disarmed;
+        if new_key.is_some() || self.lock.unlock {
+            disarmed |= client.lock(node, new_key.as_ref(), key.as_ref())?;
+        }
         let came_back = if self.on_bus.reset {
             progress.set_message(format!("waiting for node {node} after its reset"));
             Some(reset(&mut client, node, done.after.configuration.node.node_id)?)
@@ -189,6 +224,14 @@ impl Configure {
         self.json.write(&answer)?;
         if !self.json.owns_stdout() {
             print(&answer, &done, wanted.is_empty());
+            if disarmed {
+                crate::say!("  The sensor was armed (Operational): it was disarmed for the change and is armed again.");
+            }
+            if let Some(file) = &self.lock.lock {
+                crate::say!("  The configuration is locked; only the key in {} changes it.", file.display());
+            } else if self.lock.unlock {
+                crate::say!("  The lock is removed; whoever is on the bus can change the configuration.");
+            }
             if self.on_bus.set_time {
                 crate::say!("  The time was sent to all sensors on the bus.");
             }

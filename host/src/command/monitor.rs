@@ -4,13 +4,16 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use serde::Serialize;
+use thud_firmware::configuration::Configuration;
 use thud_firmware::dictionary::index;
-use thud_firmware::limits::TransientLimit;
+use thud_firmware::limits::{LimitsProfile, Region, TransientLimit};
+use thud_firmware::units::Hertz;
 
 use crate::bus::Counters;
 use crate::bus::option::BusOption;
 use crate::client::Client;
 use crate::client::find::Sensor;
+use crate::client::samples::Streamed;
 use crate::client::settings::Active;
 use crate::client::watch::{Happening, SeenEvent, Source, Watch};
 use crate::client::words::{searching, traffic};
@@ -23,8 +26,14 @@ use crate::json::JsonOption;
 /// or --duration. An event whose frames got lost is read from the sensor's log; one that is no longer there is
 /// reported as lost. Times are the sensor's own, in seconds since its power-up. The limit beside the scaled force is
 /// that of the configuration in force: `none` where no contact is permitted at all, `-` without a region.
+///
+/// With `--bus log:FILE` a candump log is followed as if live, in its own time or as fast as it can be read (`log:FILE,pace=1`
+/// plays it in its own time). Nobody can be asked then: events that are not in the log are lost, and limits are known only
+/// where somebody read the configuration while the log was written, as `thud log` does.
 #[derive(clap::Args, Debug)]
-#[command(after_long_help = "Examples:\n  thud monitor\n  thud monitor --count 3 --json events.json")]
+#[command(
+    after_long_help = "Examples:\n  thud monitor\n  thud monitor --count 3 --json events.json\n  thud monitor --bus log:monday.log"
+)]
 pub struct Monitor {
     #[command(flatten)]
     bus: BusOption,
@@ -40,6 +49,9 @@ pub struct Monitor {
     /// Do not switch sensors to Operational; those that are not send no events
     #[arg(long)]
     listen_only: bool,
+    /// Of a log: samples per second of sensors that nobody asked for it while the log was written
+    #[arg(long, value_name = "HZ", default_value_t = Configuration::DEFAULT.chain.sample_rate.0)]
+    sample_rate: f32,
     #[command(flatten)]
     json: JsonOption,
 }
@@ -52,7 +64,16 @@ struct Answer {
     lost: u64,
     /// Everything else that happened, in order.
     other: Vec<Happening>,
+    /// Sample streams that came by, for each sensor that sent one.
+    streams: Vec<Stream>,
     frames: Counters,
+}
+
+#[derive(Serialize)]
+struct Stream {
+    node: u8,
+    #[serde(flatten)]
+    streamed: Streamed,
 }
 
 /// An event beside the limits of the configuration that is in force.
@@ -75,10 +96,13 @@ impl Limits {
     /// The event with its limits; without them where the sensor does not answer.
     fn judged(&mut self, client: &mut Client, event: SeenEvent) -> Judged {
         let (mut transient, mut quasi_static) = (None, None);
-        if let Some(configuration) = self.of(client, event.node).map(|active| active.configuration)
-            && let Some(region) = configuration.region
-        {
-            let limits = configuration.limits.limits(region);
+        let judged_by = if client.line().is_playback() {
+            overheard(client, event.node)
+        } else {
+            self.of(client, event.node).map(|Active { configuration, .. }| (configuration.region, configuration.limits))
+        };
+        if let Some((Some(region), profile)) = judged_by {
+            let limits = profile.limits(region);
             quasi_static = Some(limits.quasi_static.0);
             if let TransientLimit::UpTo(limit) = limits.transient {
                 transient = Some(limit.0);
@@ -96,15 +120,26 @@ impl Limits {
     }
 }
 
+/// Region and table of limits, where somebody in the log read them.
+fn overheard(client: &mut Client, node: u8) -> Option<(Option<Region>, LimitsProfile)> {
+    let mut number = |sub| client.line().overheard(node, index::JUDGEMENT, sub).map(|[number, ..]| number);
+    Some((Region::from_number(number(1)?), LimitsProfile::from_number(number(3)?)?))
+}
+
 impl Monitor {
     pub(super) fn run(self) -> miette::Result<()> {
         let duration = crate::interrupt::span(self.duration)?;
         interrupt::catch();
         let mut client = Client::open(&self.bus.bus)?;
-        let progress = searching(&client.line().describe());
-        let sensors = client.find(self.node)?;
-        let mut watch = Watch::new(&mut client, sensors, !self.listen_only)?;
-        progress.finish_and_clear();
+        let mut watch = if client.line().is_playback() {
+            Watch::listening(Hertz(self.sample_rate))
+        } else {
+            let progress = searching(&client.line().describe());
+            let sensors = client.find(self.node)?;
+            let watch = Watch::new(&mut client, sensors, !self.listen_only)?;
+            progress.finish_and_clear();
+            watch
+        };
 
         let quiet = self.json.owns_stdout();
         if !quiet {
@@ -113,12 +148,19 @@ impl Monitor {
             }
             crate::say!("{HEADING}");
         }
-        let mut answer =
-            Answer { sensors: vec![], events: vec![], lost: 0, other: vec![], frames: Counters::default() };
+        let mut answer = Answer {
+            sensors: vec![],
+            events: vec![],
+            lost: 0,
+            other: vec![],
+            streams: vec![],
+            frames: Counters::default(),
+        };
         let mut limits = Limits::default();
         let until = duration.map(|duration| client.line().now() + duration);
         while !interrupt::asked()
             && until.is_none_or(|until| client.line().now() < until)
+            && !client.line().ended()
             && self.count.is_none_or(|count| (answer.events.len() as u64) < count)
         {
             for happening in watch.next(&mut client, Duration::from_millis(50))? {
@@ -143,11 +185,19 @@ impl Monitor {
             }
         }
         answer.sensors = watch.sensors().cloned().collect();
+        answer.streams = watch.streamed().map(|(node, streamed)| Stream { node, streamed }).collect();
         answer.frames = client.counters();
         self.json.write(&answer)?;
         if !quiet {
             let from_log = answer.events.iter().filter(|judged| judged.event.source == Source::Log).count();
             crate::say!("{} events, {from_log} of them from the log, {} lost.", answer.events.len(), answer.lost);
+            for Stream { node, streamed } in &answer.streams {
+                crate::say!(
+                    "Node {node} streamed {} values, {} between them were lost.",
+                    streamed.values,
+                    streamed.lost
+                );
+            }
             crate::say!("{}", traffic(&client.line().describe(), &answer.frames));
         }
         Ok(())

@@ -94,6 +94,9 @@ fn print(answer: &Answer) {
         for loss in sensor.losses.iter().filter(|loss| loss.count > 0) {
             crate::say!("  node {}: {} {}", sensor.node, loss.count, loss.what);
         }
+        if sensor.locked {
+            crate::say!("  node {}: the configuration is locked by a key", sensor.node);
+        }
         if sensor.stored_configuration != "stored" {
             crate::say!("  node {}: no configuration is stored, defaults are in use", sensor.node);
         }

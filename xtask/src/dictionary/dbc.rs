@@ -7,11 +7,12 @@
 use std::fmt::Write as _;
 
 use thud_firmware::dictionary::access::mapped;
-use thud_firmware::dictionary::frame::{ALARM_BASE, MASS_BASE, Part, Saturated};
+use thud_firmware::dictionary::frame::{ALARM_BASE, MASS_BASE, PARTS, Part, Saturated};
 use thud_firmware::dictionary::object::{self, Object, Sub};
 use thud_firmware::dictionary::{index, settings};
 use thud_firmware::emergency::Fault;
 use thud_firmware::event::{Flags, Verdict};
+use thud_firmware::stream::STREAM_BASE;
 use zencan_common::objects::{DataType, PdoMappable};
 
 struct Message {
@@ -33,7 +34,7 @@ struct Signal {
     unit: &'static str,
     range: (f64, f64),
     comment: String,
-    choices: Vec<(u32, String)>,
+    choices: Vec<(i64, String)>,
 }
 
 /// The file's text, for sensors with these node ids.
@@ -117,6 +118,13 @@ fn messages() -> Vec<Message> {
         part("EventCourse", Part::Course, "TPDO 5: duration of a contact and the force that stayed."),
         part("EventMass", Part::Mass, "TPDO 6: impact and effective mass of a contact."),
         pdo(
+            "Samples",
+            STREAM_BASE,
+            index::TPDO_ALARM_MAPPING + 1 + PARTS as u16,
+            false,
+            "TPDO 7: stream of samples, while 0x2020:1 is not 0. Number counts values, three a frame.",
+        ),
+        pdo(
             "EffectiveMass",
             MASS_BASE,
             index::RPDO_MASS_MAPPING,
@@ -156,17 +164,17 @@ fn plain(name: &str, start: usize, bits: usize) -> Signal {
 
 fn emergency() -> Message {
     let faults =
-        |number: fn(Fault) -> u32| Fault::ALL.into_iter().map(move |fault| (number(fault), format!("{fault:?}")));
+        |number: fn(Fault) -> i64| Fault::ALL.into_iter().map(move |fault| (number(fault), format!("{fault:?}")));
     let register =
         ["Generic", "Current", "Voltage", "Temperature", "Communication", "Profile", "Reserved", "Manufacturer"];
     let mut signals = vec![Signal {
-        choices: std::iter::once((0, "NoError".to_owned())).chain(faults(|fault| u32::from(fault.code()))).collect(),
+        choices: std::iter::once((0, "NoError".to_owned())).chain(faults(|fault| i64::from(fault.code()))).collect(),
         ..plain("Code", 0, 16)
     }];
     signals.extend((16..).zip(register).map(|(bit, name)| plain(&format!("Register{name}"), bit, 1)));
     signals.push(Signal {
         comment: "which fault appeared, or has gone".to_owned(),
-        choices: faults(|fault| fault as u32).collect(),
+        choices: faults(|fault| fault as i64).collect(),
         ..plain("Cause", 24, 8)
     });
     signals.push(plain("Detail", 32, 32));
@@ -223,8 +231,12 @@ fn whole(object: &Object, sub: &Sub, start: usize) -> Signal {
     if (object.index, sub.sub) == (index::EVENT, 2) {
         choices = (0..4u8)
             .filter_map(Verdict::from_number)
-            .map(|verdict| (verdict as u32, verdict.name().to_owned()))
+            .map(|verdict| (verdict as i64, verdict.name().to_owned()))
             .collect();
+    }
+    if object.index == index::SAMPLES && sub.kind == DataType::Int16 {
+        choices =
+            vec![(i64::from(i16::MIN), "below_range".to_owned()), (i64::from(i16::MAX), "above_range".to_owned())];
     }
     if sub.unit.contains("0xFFFF") {
         choices.push((0xFFFF, "none".to_owned()));

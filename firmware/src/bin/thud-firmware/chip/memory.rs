@@ -5,7 +5,6 @@ use core::mem::MaybeUninit;
 use static_cell::StaticCell;
 use thud_firmware::board::{AdcCode, BLOCK};
 use thud_firmware::capture::{CAPTURE, Captures};
-use thud_firmware::node::NodeMemory;
 use thud_firmware::shared::Shared;
 
 use crate::call_chain::is_return_address;
@@ -16,10 +15,8 @@ use crate::panic_record::PanicRecord;
 #[unsafe(link_section = ".bss.capture")]
 pub static CAPTURES: Captures<CAPTURE> = Captures::new();
 
-/// What the tasks share: static because the CANopen stack wants it for ever.
+/// What the tasks share: static because every task borrows it for ever.
 pub static SHARED: StaticCell<Shared<CAPTURE>> = StaticCell::new();
-/// Memory of the CANopen stack.
-pub static NODE: NodeMemory = NodeMemory::new();
 /// The ring that the DMA fills: two halves of one block.
 pub static RING: StaticCell<[AdcCode; 2 * BLOCK]> = StaticCell::new();
 

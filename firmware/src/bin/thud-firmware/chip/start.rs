@@ -77,7 +77,7 @@ async fn reception(can: embassy_stm32::can::CanRx<'static>) -> ! {
 
 #[embassy_executor::task]
 async fn node(shared: Shares) -> ! {
-    tasks::node::run(Mailbox, shared, &memory::NODE).await
+    tasks::node::run(Mailbox, shared).await
 }
 
 #[embassy_executor::task]
