@@ -31,6 +31,7 @@ mod impulse;
 mod least_squares;
 mod peak;
 mod ring;
+mod two_bodies;
 mod verdict_filter;
 
 /// Most contacts of one impact that become events. Further ones are not lost for the judgement (the blow's transient

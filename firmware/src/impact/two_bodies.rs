@@ -1,0 +1,215 @@
+//! Robot and moving piece, as two bodies: the force at the cell from the first touch on.
+//!
+//! ```text
+//!   x →                     y →
+//!   robot m_R ──v──▶ ( pad k_p, c_p ( piece m )── springs k_b, c_b ──[ cell ]
+//!
+//!   m_R·ẍ = −P,   m·ÿ = P − k_b·y − c_b·ẏ,   P = k_p·(x − y) + c_p·(ẋ − ẏ),   F = k_b·y + c_b·ẏ
+//!   x = y = ẏ = 0, ẋ = v at first touch; nothing pulls: P acts only while x > y and P > 0
+//! ```
+//!
+//! As long as the piece stays with the robot these are two modes, F = A·(sin ωu − (ω/Ω)·sin Ωu) but for the damping. Behind a
+//! hard pad, or none, it does not: it is kicked to nearly twice the robot's speed, flies ahead, comes back, and rattles
+//! between robot and springs until its ring has died. Both are one motion here.
+//!
+//! What the force can tell of masses and stiffnesses is six numbers, for all of them may be larger by one factor and the
+//! speed smaller. So k_b = 1, displacements are in newtons, times in samples, and the numbers are: slope s and curvature q of
+//! the arc that a piece without mass would give, Ω = √((k_p + k_b)/m), the ratio r = k_p/k_b, and the damping ratios of Ω by
+//! the pad and by the springs. With K = r/(1 + r)
+//!
+//! ```text
+//! v = s/K,   1/m_R = q/K,   m = (1 + r)/Ω²,   c = 2ζ·(1 + r)/Ω
+//! ```
+//!
+//! Either form, touching or apart, is linear: one matrix takes the state from one point to the next. It is gathered once, from
+//! the series of its exponential. Where the form changes between two points, the instant of the change is located by two
+//! steps of Newton, and the same series leads to it and on from it.
+
+/// Displacement and speed of the robot, and of the piece.
+type State = [f32; 4];
+type Matrix = [[f32; 4]; 4];
+
+/// Terms of the exponential: the step is at most 1.2 of an angle of the ring, where 1.2⁹/9! = 1e-5 is left.
+const TERMS: usize = 8;
+/// Terms to and from a change of form, which is within a step.
+const TERMS_WITHIN: usize = 6;
+/// Most changes of form that are followed between two points.
+const CHANGES: usize = 4;
+
+/// What the force depends on besides the instant of the touch. Length of time is the sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bodies {
+    /// s, N per sample.
+    pub slope: f32,
+    /// q, 1/sample².
+    pub curvature: f32,
+    /// Ω, radians per sample.
+    pub pulsation: f32,
+    /// r: stiffness of the pad over that of the springs.
+    pub ratio: f32,
+    /// Damping ratio of Ω by the pad alone.
+    pub pad_damping: f32,
+    /// Damping ratio of Ω by the springs alone.
+    pub spring_damping: f32,
+}
+
+/// The coefficients of the two equations.
+#[derive(Clone, Copy)]
+struct Equations {
+    speed: f32,
+    per_robot: f32,
+    per_piece: f32,
+    stiffness: f32,
+    pad_damping: f32,
+    spring_damping: f32,
+}
+
+impl Equations {
+    fn of(bodies: &Bodies) -> Self {
+        let both = 1.0 + bodies.ratio;
+        let share = bodies.ratio / both;
+        let damping = 2.0 * both / bodies.pulsation;
+        Self {
+            speed: bodies.slope / share,
+            per_robot: bodies.curvature / share,
+            per_piece: bodies.pulsation * bodies.pulsation / both,
+            stiffness: bodies.ratio,
+            pad_damping: damping * bodies.pad_damping,
+            spring_damping: damping * bodies.spring_damping,
+        }
+    }
+
+    fn pad_force(&self, [x, x_rate, y, y_rate]: &State) -> f32 {
+        self.stiffness * (x - y) + self.pad_damping * (x_rate - y_rate)
+    }
+
+    fn cell_force(&self, state: &State) -> f32 {
+        state[2] + self.spring_damping * state[3]
+    }
+
+    /// Positive while they touch.
+    fn margin(&self, state: &State) -> f32 {
+        (self.stiffness * (state[0] - state[2])).min(self.pad_force(state))
+    }
+
+    fn rates(&self, state: &State, touching: bool) -> State {
+        let pad = if touching { self.pad_force(state) } else { 0.0 };
+        [state[1], -pad * self.per_robot, state[3], (pad - self.cell_force(state)) * self.per_piece]
+    }
+
+    /// The state `time` later in this form.
+    fn after(&self, state: &State, touching: bool, time: f32, terms: usize) -> State {
+        let (mut sum, mut term) = (*state, *state);
+        for order in 1..=terms {
+            let rates = self.rates(&term, touching);
+            let share = time / order as f32;
+            for ((sum, term), rate) in sum.iter_mut().zip(&mut term).zip(rates) {
+                *term = rate * share;
+                *sum += *term;
+            }
+        }
+        sum
+    }
+
+    fn matrix(&self, touching: bool, time: f32) -> Matrix {
+        let mut matrix = [[0.0; 4]; 4];
+        for column in 0..4 {
+            let mut unit = [0.0; 4];
+            unit[column] = 1.0;
+            for (row, value) in matrix.iter_mut().zip(self.after(&unit, touching, time, TERMS)) {
+                row[column] = value;
+            }
+        }
+        matrix
+    }
+}
+
+/// The motion, from point to point.
+pub struct Walk {
+    equations: Equations,
+    /// Distance of the points, samples.
+    width: f32,
+    touching_step: Matrix,
+    apart_step: Matrix,
+    state: State,
+    touching: bool,
+    begun: bool,
+}
+
+impl Walk {
+    /// At first touch; the points are means of `width` samples each, one after the other.
+    pub fn new(bodies: &Bodies, width: f32) -> Self {
+        let equations = Equations::of(bodies);
+        Self {
+            equations,
+            width,
+            touching_step: equations.matrix(true, width),
+            apart_step: equations.matrix(false, width),
+            state: [0.0, equations.speed, 0.0, 0.0],
+            touching: true,
+            begun: false,
+        }
+    }
+
+    /// The next point's mean force and its rate, N and N per sample. The first point is `first` samples after the touch, less than a
+    /// width; the others follow a width apart.
+    pub fn next(&mut self, first: f32) -> (f32, f32) {
+        if self.begun {
+            let next = product(if self.touching { &self.touching_step } else { &self.apart_step }, &self.state);
+            if (self.equations.margin(&next) > 0.0) == self.touching {
+                self.state = next;
+            } else {
+                self.change(self.width);
+            }
+        } else {
+            self.begun = true;
+            self.change(first);
+        }
+        let rates = self.equations.rates(&self.state, self.touching);
+        let force = self.equations.cell_force(&self.state);
+        let rate = rates[2] + self.equations.spring_damping * rates[3];
+        // The mean of w samples about the point: F + F″·(w² − 1)/24.
+        let mean = force + rates[3] * ((self.width * self.width - 1.0) * (1.0 / 24.0));
+        (mean, rate)
+    }
+
+    /// Goes on by `time`, from one form to the other where it must.
+    fn change(&mut self, mut time: f32) {
+        for _ in 0..CHANGES {
+            let end = self.equations.after(&self.state, self.touching, time, TERMS_WITHIN);
+            let (before, after) = (self.equations.margin(&self.state), self.equations.margin(&end));
+            if (after > 0.0) == self.touching {
+                self.state = end;
+                return;
+            }
+            let mut until = time * (before / (before - after)).clamp(0.0, 1.0);
+            let mut there = self.equations.after(&self.state, self.touching, until, TERMS_WITHIN);
+            for _ in 0..2 {
+                let [_, x_rate, _, y_rate] = there;
+                let [_, x_second, _, y_second] = self.equations.rates(&there, self.touching);
+                let (margin, slope) = if self.touching {
+                    let slope = self.equations.stiffness * (x_rate - y_rate)
+                        + self.equations.pad_damping * (x_second - y_second);
+                    (self.equations.pad_force(&there), slope)
+                } else {
+                    (there[0] - there[2], x_rate - y_rate)
+                };
+                let step = margin / slope;
+                if !step.is_finite() {
+                    break;
+                }
+                until = (until - step).max(0.0).min(time);
+                there = self.equations.after(&self.state, self.touching, until, TERMS_WITHIN);
+            }
+            self.state = there;
+            self.touching = !self.touching;
+            time -= until;
+        }
+        self.state = self.equations.after(&self.state, self.touching, time, TERMS_WITHIN);
+    }
+}
+
+fn product(matrix: &Matrix, state: &State) -> State {
+    let row = |row: &[f32; 4]| row[0] * state[0] + row[1] * state[1] + row[2] * state[2] + row[3] * state[3];
+    [row(&matrix[0]), row(&matrix[1]), row(&matrix[2]), row(&matrix[3])]
+}
