@@ -20,7 +20,8 @@ fn main() {
     let (mut fails, mut n) = (0, 0);
     for (i, case) in cases.iter().enumerate() {
         if one.is_some_and(|o| o != i) { continue; }
-        let errors = case.errors_s(0..trials);
+        let from = args.get(4).map_or(0, |s| s.parse().unwrap());
+        let errors = case.errors_s(from..from+trials);
         let bound = Case { further: &[], ..case.clone() }.bound_s();
         let ratio = rms(&errors) / promised_s(bound);
         n += 1;

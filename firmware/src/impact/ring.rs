@@ -25,6 +25,7 @@ const POINTS_PER_PERIOD: f32 = 16.0;
 /// A long stretch has no more points than this: they get coarser, down to so many for each period, and what comes after the last
 /// one is not looked at.
 const MOST_POINTS: usize = 128;
+const FINE_POINTS: usize = 64;
 const FEWEST_PER_PERIOD: f32 = 8.0;
 /// The deviation at which growing stops, s.
 const ENOUGH: f32 = 15e-6;
@@ -33,8 +34,8 @@ const LEAD_IN: f32 = 1.0;
 /// Steps for each stretch.
 const STEPS: usize = 14;
 /// Expected damping ratios and their deviations.
-const PAD_DAMPING: (f32, f32) = (0.04, 0.06);
-const SPRING_DAMPING: (f32, f32) = (0.01, 0.02);
+const PAD_DAMPING: (f32, f32) = (0.032, 1.0);
+const SPRING_DAMPING: (f32, f32) = (0.01, 1.0);
 /// Expected logarithm of the ratio of stiffnesses.
 const LN_RATIO: (f32, f32) = (2.0, 2.0);
 /// By how much the ring must lower χ², in units of Schwarz's ln n: one for each unknown that the arc has not.
@@ -50,7 +51,7 @@ const PAD: usize = 5;
 const SPRING: usize = 6;
 const UNKNOWNS: usize = 7;
 /// Those whose derivatives are differences, with their steps: relative, but for the damping ratios.
-const VARIED: [(usize, f32); 5] = [(CURVATURE, 2e-3), (PULSATION, 1e-3), (RATIO, 1e-2), (PAD, 1e-3), (SPRING, 1e-3)];
+const VARIED: [(usize, f32); 5] = [(CURVATURE, 5e-3), (PULSATION, 2e-3), (RATIO, 1e-2), (PAD, 0.05), (SPRING, 0.1)];
 
 /// Bodies and begin. Lengths in samples.
 #[derive(Clone, Copy, Debug)]
@@ -111,8 +112,8 @@ impl Ringing {
                 curvature: (bodies.curvature + held(step[CURVATURE], 2.0 * quarter)).max(-1.0 * quarter).min(6.0 * quarter),
                 pulsation: bodies.pulsation * (1.0 + held(step[PULSATION], 0.15)),
                 ratio: (bodies.ratio * (1.0 + held(step[RATIO], 0.5))).max(0.3).min(1000.0),
-                pad_damping: (bodies.pad_damping + held(step[PAD], 0.1)).max(0.0).min(0.5),
-                spring_damping: (bodies.spring_damping + held(step[SPRING], 0.05)).max(0.0).min(0.3),
+                pad_damping: (bodies.pad_damping * (1.0 + held(step[PAD], 0.6))).max(1e-4).min(0.5),
+                spring_damping: (bodies.spring_damping * (1.0 + held(step[SPRING], 0.6))).max(1e-4).min(0.3),
             },
         }
     }
@@ -137,6 +138,12 @@ pub fn find<C: Curve>(flank: &Flank, force: &Force<'_, C>, start: Arc) -> Option
         }
     }
     let best = best?;
+    if std::env::var("DBG").is_ok() { std::println!("BEST {best:?}");
+      for off in [-1.0, 1.0, 3.0f32] {
+        let r = Ringing { begin: best.ringing.begin + off, bodies: Bodies { slope: 0.0962, curvature: 1.6e-5, pulsation: 0.1474, ratio: 25.0, pad_damping: 0.05, spring_damping: 0.01 } };
+        if let Some(f) = fit(flank, force, r, best.length) { std::println!("TRUTH start {off}: {f:?} "); }
+      }
+    }
     let arc = arc_alone(flank, force, &best)?;
     let worth = WORTH * libm::logf(best.points as f32);
     (arc > best.squares + worth).then_some(best)
@@ -167,6 +174,7 @@ fn from_frequency<C: Curve>(
     loop {
         let Some(fitted) = fit(flank, force, ringing, length) else { return best };
         ringing = fitted.ringing;
+        if std::env::var("DBG").is_ok() { std::println!("   from {:.0} Hz r {ratio}: len {:.0}/{:.0} width {:?} points {} misfit {:.2} dev {:.1} us begin {:.2} f {:.0} r {:.1} zp {:.3} zb {:.3} q/q0 {:.2} s {:.2}", pulsation*flank.rate/6.2832, fitted.length, whole, fitted.stretch.widths, fitted.points, fitted.misfit(), fitted.deviation*50.0, ringing.begin, ringing.bodies.pulsation*flank.rate/6.2832, ringing.bodies.ratio, ringing.bodies.pad_damping, ringing.bodies.spring_damping, ringing.bodies.curvature/flank.prior_curvature(), ringing.bodies.slope); }
         if !fitted.fits() {
             return best;
         }
@@ -212,67 +220,108 @@ fn fit<C: Curve>(flank: &Flank, force: &Force<'_, C>, start: Ringing, length: f3
     Some(Fitted { ringing, deviation, squares: normal.squares, points: normal.points, length, stretch })
 }
 
-/// The samples that are fitted: they stay the same while the unknowns move.
+/// The samples that are fitted: they stay the same while the unknowns move. First fine points, where the force begins, then
+/// coarse ones.
 #[derive(Clone, Copy, Debug)]
 struct Stretch {
     from: isize,
     to: isize,
-    /// Samples in a point.
-    width: usize,
+    /// Samples in a fine and in a coarse point.
+    widths: (usize, usize),
 }
 
 impl Stretch {
     /// From a little before the begin, where there is no force yet, to `length` after it.
     fn of(flank: &Flank, ringing: &Ringing, length: f32) -> Self {
-        let before = (LEAD_IN / ringing.bodies.pulsation).min(ringing.begin + flank.reach as f32).max(0.0);
-        let period = core::f32::consts::TAU / ringing.bodies.pulsation;
+        let pulsation = ringing.bodies.pulsation;
+        let before = (LEAD_IN / pulsation).min(ringing.begin + flank.reach as f32).max(0.0);
+        let period = core::f32::consts::TAU / pulsation;
         let from = libm::ceilf(ringing.begin - before) as isize;
         let to = libm::floorf(ringing.begin + length) as isize;
         let fine = ((period / POINTS_PER_PERIOD) as usize).clamp(1, PIECE);
-        let coarse = ((period / FEWEST_PER_PERIOD) as usize).clamp(1, PIECE);
         let samples = usize::try_from(to - from + 1).unwrap_or(0);
-        Self { from, to, width: fine.max(samples.div_ceil(MOST_POINTS).min(coarse)) }
+        let coarse = if samples <= MOST_POINTS * fine {
+            fine
+        } else {
+            let most = ((period / FEWEST_PER_PERIOD) as usize).clamp(fine, PIECE);
+            (samples - FINE_POINTS * fine).div_ceil(MOST_POINTS - FINE_POINTS).min(most)
+        };
+        Self { from, to, widths: (fine, coarse) }
     }
 
     /// Reads the points once: every step of the fit sees the same ones.
     fn points<C: Curve>(&self, flank: &Flank, force: &Force<'_, C>) -> Points {
-        let width = self.width;
-        let first = self.from as f32 + (width - 1) as f32 / 2.0;
-        let mut points = Points { means: [0.0; MOST_POINTS], count: 0, first, width: width as f32 };
+        let (fine, coarse) = self.widths;
+        let mut points = Points { means: [0.0; MOST_POINTS], count: 0, from: self.from, widths: self.widths };
+        let middle = self.from + (FINE_POINTS * fine) as isize;
+        if coarse == fine {
+            self.read(flank, force, (self.from, self.to + 1), fine, &mut points);
+        } else if self.read(flank, force, (self.from, middle), fine, &mut points) {
+            self.read(flank, force, (middle, self.to + 1), coarse, &mut points);
+        }
+        points
+    }
+
+    /// Whether all of it could be read.
+    fn read<C: Curve>(
+        &self,
+        flank: &Flank,
+        force: &Force<'_, C>,
+        (from, to): (isize, isize),
+        width: usize,
+        points: &mut Points,
+    ) -> bool {
         let chunk = PIECE / width * width;
         let share = 1.0 / width as f32;
         let mut piece = [0.0; PIECE];
-        let mut at = self.from;
-        while at + width as isize <= self.to + 1 && points.count < MOST_POINTS {
-            let wanted = chunk.min((self.to + 1 - at) as usize / width * width);
+        let mut at = from;
+        while at + width as isize <= to && points.count < MOST_POINTS {
+            let wanted = chunk.min((to - at) as usize / width * width);
             let count = flank.read(force, at, &mut piece[..wanted]);
             for (mean, values) in points.means[points.count..].iter_mut().zip(piece[..count].chunks_exact(width)) {
                 *mean = values.iter().sum::<f32>() * share;
             }
             points.count = (points.count + count / width).min(MOST_POINTS);
             if count < wanted {
-                break;
+                return false;
             }
             at += wanted as isize;
         }
-        points
+        true
     }
 }
 
-/// The means of equally many samples each, one after the other.
+/// The means of some samples each, one after the other.
 struct Points {
     means: [f32; MOST_POINTS],
     count: usize,
-    /// Centre of the first one, and distance of the next. Samples.
-    first: f32,
-    width: f32,
+    from: isize,
+    widths: (usize, usize),
 }
 
+/// A mean, where it is and of how many samples.
+struct Point {
+    centre: f32,
+    width: usize,
+    mean: f32,
+}
+
+const SC: f32 = 3.0;
 impl Points {
-    /// Centre and mean of each.
-    fn each(&self) -> impl Iterator<Item = (f32, f32)> {
-        let means = self.means[..self.count].iter();
-        means.enumerate().map(|(index, mean)| (self.first + self.width * index as f32, *mean))
+    fn samples(&self) -> usize {
+        let fines = self.count.min(FINE_POINTS);
+        fines * self.widths.0 + (self.count - fines) * self.widths.1
+    }
+
+    fn each(&self) -> impl Iterator<Item = Point> {
+        let (fine, coarse) = self.widths;
+        self.means[..self.count].iter().enumerate().map(move |(index, mean)| {
+            let fines = index.min(FINE_POINTS);
+            let (before, width) =
+                if index < FINE_POINTS { (index * fine, fine) } else { (fines * fine + (index - fines) * coarse, coarse) };
+            let centre = (self.from + before as isize) as f32 + (width - 1) as f32 / 2.0;
+            Point { centre, width, mean: *mean }
+        })
     }
 }
 
@@ -282,12 +331,16 @@ fn linearise(flank: &Flank, points: &Points, ringing: &Ringing) -> Option<Normal
     let Bodies { curvature, ratio, pad_damping, spring_damping, .. } = ringing.bodies;
     normal.expect(CURVATURE, prior - curvature, prior);
     normal.expect(RATIO, LN_RATIO.0 - libm::logf(ratio), LN_RATIO.1);
-    normal.expect(PAD, PAD_DAMPING.0 - pad_damping, PAD_DAMPING.1);
-    normal.expect(SPRING, SPRING_DAMPING.0 - spring_damping, SPRING_DAMPING.1);
-    let variance = flank.variance_of_mean(points.width as usize);
-    let mut walk = Walk::new(&ringing.bodies, points.width);
+    normal.expect(PAD, libm::logf(PAD_DAMPING.0 / pad_damping), PAD_DAMPING.1);
+    normal.expect(SPRING, libm::logf(SPRING_DAMPING.0 / spring_damping), SPRING_DAMPING.1);
+    let widths = (points.widths.0 as f32, points.widths.1 as f32);
+    let variances = (flank.variance_of_mean(points.widths.0), flank.variance_of_mean(points.widths.1));
+    let mut walk = Walk::new(&ringing.bodies, widths);
+    let phase = ringing.bodies.pulsation * points.samples() as f32;
+    let fine = SC / phase.max(SC);
     let mut varied = VARIED.map(|(unknown, step)| {
         let mut bodies = ringing.bodies;
+        let step = step * fine;
         let step = match unknown {
             CURVATURE => {
                 bodies.curvature += step * prior;
@@ -302,30 +355,31 @@ fn linearise(flank: &Flank, points: &Points, ringing: &Ringing) -> Option<Normal
                 step
             }
             PAD => {
-                bodies.pad_damping += step;
+                bodies.pad_damping *= 1.0 + step;
                 step
             }
             _ => {
-                bodies.spring_damping += step;
+                bodies.spring_damping *= 1.0 + step;
                 step
             }
         };
-        (unknown, 1.0 / step, Walk::new(&bodies, points.width))
+        (unknown, 1.0 / step, Walk::new(&bodies, widths))
     });
-    for (centre, mean) in points.each() {
+    for Point { centre, width, mean } in points.each() {
         let u = centre - ringing.begin;
         let mut gradient = [0.0; UNKNOWNS];
         let mut value = 0.0;
         if u > 0.0 {
-            let (there, rate) = walk.next(u);
+            let (there, rate) = walk.to(u, width);
             value = there;
             gradient[SLOPE] = there;
             gradient[BEGIN] = -rate;
             for (unknown, per_step, walk) in &mut varied {
-                gradient[*unknown] = (walk.next(u).0 - value) * *per_step;
+                gradient[*unknown] = (walk.to(u, width).0 - value) * *per_step;
             }
         }
-        normal.add(gradient, mean - value, variance);
+        normal.add(gradient, mean - value, if width == points.widths.0 { variances.0 } else { variances.1 });
+
     }
     (normal.points >= 8).then_some(normal)
 }
@@ -335,12 +389,11 @@ fn arc_alone<C: Curve>(flank: &Flank, force: &Force<'_, C>, fitted: &Fitted) -> 
     let Ringing { begin, bodies } = fitted.ringing;
     let start = Arc { begin, slope: bodies.slope, curvature: bodies.curvature };
     let arc = flank.arc_over(force, start, fitted.length)?;
-    let variance = flank.variance_of_mean(fitted.stretch.width);
     let mut squares = 0.0;
-    for (centre, mean) in fitted.stretch.points(flank, force).each() {
+    for Point { centre, width, mean } in fitted.stretch.points(flank, force).each() {
         let y = (centre - arc.begin).max(0.0);
         let rest = mean - arc.slope * Shape::at(y, arc.curvature).value;
-        squares += rest * rest / variance;
+        squares += rest * rest / flank.variance_of_mean(width);
     }
     Some(squares)
 }

@@ -124,52 +124,65 @@ impl Equations {
     }
 }
 
+/// The step from one point to the next, in both forms.
+struct Steps {
+    touching: Matrix,
+    apart: Matrix,
+}
+
 /// The motion, from point to point.
 pub struct Walk {
     equations: Equations,
-    /// Distance of the points, samples.
-    width: f32,
-    touching_step: Matrix,
-    apart_step: Matrix,
+    fine: Steps,
+    coarse: Steps,
+    widths: (f32, f32),
     state: State,
     touching: bool,
-    begun: bool,
+    /// Where the motion is, samples after the touch.
+    at: f32,
 }
 
 impl Walk {
-    /// At first touch; the points are means of `width` samples each, one after the other.
-    pub fn new(bodies: &Bodies, width: f32) -> Self {
+    /// At first touch. Most points will be one of these distances apart, samples.
+    pub fn new(bodies: &Bodies, widths: (f32, f32)) -> Self {
         let equations = Equations::of(bodies);
+        let steps =
+            |width| Steps { touching: equations.matrix(true, width), apart: equations.matrix(false, width) };
         Self {
             equations,
-            width,
-            touching_step: equations.matrix(true, width),
-            apart_step: equations.matrix(false, width),
+            fine: steps(widths.0),
+            coarse: steps(widths.1),
+            widths,
             state: [0.0, equations.speed, 0.0, 0.0],
             touching: true,
-            begun: false,
+            at: 0.0,
         }
     }
 
-    /// The next point's mean force and its rate, N and N per sample. The first point is `first` samples after the touch, less than a
-    /// width; the others follow a width apart.
-    pub fn next(&mut self, first: f32) -> (f32, f32) {
-        if self.begun {
-            let next = product(if self.touching { &self.touching_step } else { &self.apart_step }, &self.state);
-            if (self.equations.margin(&next) > 0.0) == self.touching {
-                self.state = next;
-            } else {
-                self.change(self.width);
-            }
+    /// Mean force over the `width` samples about `u` samples after the touch, and its rate: N, and N per sample. Points come in
+    /// the order of time.
+    pub fn to(&mut self, u: f32, width: usize) -> (f32, f32) {
+        let width = width as f32;
+        let by = u - self.at;
+        self.at = u;
+        let is = |width: f32| (by - width).abs() < 1e-3;
+        let steps = if is(self.widths.0) {
+            Some(&self.fine)
+        } else if is(self.widths.1) {
+            Some(&self.coarse)
         } else {
-            self.begun = true;
-            self.change(first);
+            None
+        };
+        let next = steps.map(|steps| product(if self.touching { &steps.touching } else { &steps.apart }, &self.state));
+        match next {
+            Some(next) if (self.equations.margin(&next) > 0.0) == self.touching => self.state = next,
+            _ => self.change(by),
         }
         let rates = self.equations.rates(&self.state, self.touching);
         let force = self.equations.cell_force(&self.state);
         let rate = rates[2] + self.equations.spring_damping * rates[3];
         // The mean of w samples about the point: F + F″·(w² − 1)/24.
-        let mean = force + rates[3] * ((self.width * self.width - 1.0) * (1.0 / 24.0));
+        let mean = force + rates[3] * ((width * width - 1.0) * (1.0 / 24.0));
         (mean, rate)
     }
 
