@@ -49,9 +49,10 @@ const PULSATION: usize = 3;
 const RATIO: usize = 4;
 const PAD: usize = 5;
 const SPRING: usize = 6;
-const UNKNOWNS: usize = 7;
+const LOSS: usize = 7;
+const UNKNOWNS: usize = 8;
 /// Those whose derivatives are differences, with their steps: relative, but for the damping ratios.
-const VARIED: [(usize, f32); 5] = [(CURVATURE, 5e-3), (PULSATION, 2e-3), (RATIO, 1e-2), (PAD, 0.05), (SPRING, 0.1)];
+const VARIED: [(usize, f32); 6] = [(LOSS, 1e-2), (CURVATURE, 5e-3), (PULSATION, 2e-3), (RATIO, 1e-2), (PAD, 0.05), (SPRING, 0.1)];
 
 /// Bodies and begin. Lengths in samples.
 #[derive(Clone, Copy, Debug)]
@@ -114,6 +115,7 @@ impl Ringing {
                 ratio: (bodies.ratio * (1.0 + held(step[RATIO], 0.5))).max(0.3).min(1000.0),
                 pad_damping: (bodies.pad_damping * (1.0 + held(step[PAD], 0.6))).max(1e-4).min(0.5),
                 spring_damping: (bodies.spring_damping * (1.0 + held(step[SPRING], 0.6))).max(1e-4).min(0.3),
+                loss: (bodies.loss + held(step[LOSS], 0.1)).max(-0.1).min(0.5),
             },
         }
     }
@@ -137,12 +139,10 @@ pub fn find<C: Curve>(flank: &Flank, force: &Force<'_, C>, start: Arc) -> Option
             hertz *= STEP;
         }
     }
-    let best = best?;
+    let mut best = best?;
+    let lossy = grow(flank, force, best.ringing, best.length, whole, 0.2);
+    if let Some(lossy) = lossy && (lossy.length > 1.02 * best.length || (lossy.length > 0.98 * best.length && lossy.squares + libm::logf(lossy.points as f32) < best.squares)) { best = lossy; }
     if std::env::var("DBG").is_ok() { std::println!("BEST {best:?}");
-      for off in [-1.0, 1.0, 3.0f32] {
-        let r = Ringing { begin: best.ringing.begin + off, bodies: Bodies { slope: 0.0962, curvature: 1.6e-5, pulsation: 0.1474, ratio: 25.0, pad_damping: 0.05, spring_damping: 0.01 } };
-        if let Some(f) = fit(flank, force, r, best.length) { std::println!("TRUTH start {off}: {f:?} "); }
-      }
     }
     let arc = arc_alone(flank, force, &best)?;
     let worth = WORTH * libm::logf(best.points as f32);
@@ -157,9 +157,9 @@ fn from_frequency<C: Curve>(
     whole: f32,
     ratio: f32,
 ) -> Option<Fitted> {
-    let mut length = FIRST_PERIODS * core::f32::consts::TAU / pulsation;
+    let length = FIRST_PERIODS * core::f32::consts::TAU / pulsation;
     let arc = flank.arc_over(force, start, length).unwrap_or(start);
-    let mut ringing = Ringing {
+    let ringing = Ringing {
         begin: arc.begin,
         bodies: Bodies {
             slope: arc.slope,
@@ -168,13 +168,18 @@ fn from_frequency<C: Curve>(
             ratio,
             pad_damping: PAD_DAMPING.0,
             spring_damping: SPRING_DAMPING.0,
+            loss: 0.0,
         },
     };
+    grow(flank, force, ringing, length, whole, 1e-3)
+}
+
+fn grow<C: Curve>(flank: &Flank, force: &Force<'_, C>, mut ringing: Ringing, mut length: f32, whole: f32, loss: f32) -> Option<Fitted> {
     let mut best: Option<Fitted> = None;
     loop {
-        let Some(fitted) = fit(flank, force, ringing, length) else { return best };
+        let Some(fitted) = fit(flank, force, ringing, length, loss) else { return best };
         ringing = fitted.ringing;
-        if std::env::var("DBG").is_ok() { std::println!("   from {:.0} Hz r {ratio}: len {:.0}/{:.0} width {:?} points {} misfit {:.2} dev {:.1} us begin {:.2} f {:.0} r {:.1} zp {:.3} zb {:.3} q/q0 {:.2} s {:.2}", pulsation*flank.rate/6.2832, fitted.length, whole, fitted.stretch.widths, fitted.points, fitted.misfit(), fitted.deviation*50.0, ringing.begin, ringing.bodies.pulsation*flank.rate/6.2832, ringing.bodies.ratio, ringing.bodies.pad_damping, ringing.bodies.spring_damping, ringing.bodies.curvature/flank.prior_curvature(), ringing.bodies.slope); }
+        if std::env::var("DBG").is_ok() { let b = ringing.bodies; std::println!("   {loss}: len {:.0}/{:.0} width {:?} points {} misfit {:.2} dev {:.1} us begin {:.2} f {:.0} r {:.1} zp {:.3} zb {:.3} q/q0 {:.2} s {:.2} loss {:.3}", fitted.length, whole, fitted.stretch.widths, fitted.points, fitted.misfit(), fitted.deviation*50.0, ringing.begin, b.pulsation*flank.rate/6.2832, b.ratio, b.pad_damping, b.spring_damping, b.curvature/flank.prior_curvature(), b.slope, b.loss); }
         if !fitted.fits() {
             return best;
         }
@@ -184,7 +189,7 @@ fn from_frequency<C: Curve>(
         if range.contains(&period) && clean {
             best = Some(fitted);
         }
-        if length >= whole || best.is_some_and(|best| best.deviation <= ENOUGH * flank.rate) {
+        if length >= whole {
             return best;
         }
         length = (length * 1.3).min(whole);
@@ -192,16 +197,16 @@ fn from_frequency<C: Curve>(
 }
 
 /// Levenberg–Marquardt on a stretch of `length` samples from t₀ on.
-fn fit<C: Curve>(flank: &Flank, force: &Force<'_, C>, start: Ringing, length: f32) -> Option<Fitted> {
+fn fit<C: Curve>(flank: &Flank, force: &Force<'_, C>, start: Ringing, length: f32, loss: f32) -> Option<Fitted> {
     let stretch = Stretch::of(flank, &start, length);
     let points = stretch.points(flank, force);
     let mut ringing = start;
-    let mut normal = linearise(flank, &points, &ringing)?;
+    let mut normal = linearise(flank, &points, &ringing, loss)?;
     let mut damping = 1e-3;
     for _ in 0..STEPS {
         let Some(step) = normal.damped(damping) else { break };
         let next = ringing.moved_by(step, flank);
-        let Some(there) = linearise(flank, &points, &next) else { break };
+        let Some(there) = linearise(flank, &points, &next, loss) else { break };
         if there.cost < normal.cost {
             let gain = normal.cost - there.cost;
             (ringing, normal) = (next, there);
@@ -325,11 +330,12 @@ impl Points {
     }
 }
 
-fn linearise(flank: &Flank, points: &Points, ringing: &Ringing) -> Option<Normal<UNKNOWNS>> {
+fn linearise(flank: &Flank, points: &Points, ringing: &Ringing, loss: f32) -> Option<Normal<UNKNOWNS>> {
     let mut normal = Normal::new();
     let prior = flank.prior_curvature();
     let Bodies { curvature, ratio, pad_damping, spring_damping, .. } = ringing.bodies;
     normal.expect(CURVATURE, prior - curvature, prior);
+    normal.expect(LOSS, -ringing.bodies.loss, loss);
     normal.expect(RATIO, LN_RATIO.0 - libm::logf(ratio), LN_RATIO.1);
     normal.expect(PAD, libm::logf(PAD_DAMPING.0 / pad_damping), PAD_DAMPING.1);
     normal.expect(SPRING, libm::logf(SPRING_DAMPING.0 / spring_damping), SPRING_DAMPING.1);
@@ -352,6 +358,10 @@ fn linearise(flank: &Flank, points: &Points, ringing: &Ringing) -> Option<Normal
             }
             RATIO => {
                 bodies.ratio *= 1.0 + step;
+                step
+            }
+            LOSS => {
+                bodies.loss += step;
                 step
             }
             PAD => {

@@ -51,6 +51,8 @@ pub struct Bodies {
     pub pad_damping: f32,
     /// Damping ratio of Ω by the springs alone.
     pub spring_damping: f32,
+    /// η: share by which the speed of the touch makes the pad stiffer.
+    pub loss: f32,
 }
 
 /// The coefficients of the two equations.
@@ -62,6 +64,8 @@ struct Equations {
     stiffness: f32,
     pad_damping: f32,
     spring_damping: f32,
+    /// r·η/v.
+    loss: f32,
 }
 
 impl Equations {
@@ -76,6 +80,7 @@ impl Equations {
             stiffness: bodies.ratio,
             pad_damping: damping * bodies.pad_damping,
             spring_damping: damping * bodies.spring_damping,
+            loss: bodies.loss * bodies.ratio * share / bodies.slope,
         }
     }
 
@@ -95,6 +100,14 @@ impl Equations {
     fn rates(&self, state: &State, touching: bool) -> State {
         let pad = if touching { self.pad_force(state) } else { 0.0 };
         [state[1], -pad * self.per_robot, state[3], (pad - self.cell_force(state)) * self.per_piece]
+    }
+
+    /// What the pad's loss does to the speeds in `time`.
+    fn lose(&self, state: &mut State, time: f32) {
+        let [x, x_rate, y, y_rate] = *state;
+        let impulse = self.loss * (x - y) * (x_rate - y_rate) * time;
+        state[1] -= impulse * self.per_robot;
+        state[3] += impulse * self.per_piece;
     }
 
     /// The state `time` later in this form.
@@ -165,6 +178,9 @@ impl Walk {
         let width = width as f32;
         let by = u - self.at;
         self.at = u;
+        if self.touching {
+            self.equations.lose(&mut self.state, 0.5 * by);
+        }
         let is = |width: f32| (by - width).abs() < 1e-3;
         let steps = if is(self.widths.0) {
             Some(&self.fine)
@@ -177,6 +193,9 @@ impl Walk {
         match next {
             Some(next) if (self.equations.margin(&next) > 0.0) == self.touching => self.state = next,
             _ => self.change(by),
+        }
+        if self.touching {
+            self.equations.lose(&mut self.state, 0.5 * by);
         }
         let rates = self.equations.rates(&self.state, self.touching);
         let force = self.equations.cell_force(&self.state);
