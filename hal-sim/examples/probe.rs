@@ -17,11 +17,20 @@ fn main() {
     }
     if which == "all" || which == "lossy" { cases.extend(lossy()); }
     let started = std::time::Instant::now();
-    let (mut fails, mut n) = (0, 0);
+    let (mut fails, mut n) = (0, 0); let (mut total, mut worst) = (0, 0);
     for (i, case) in cases.iter().enumerate() {
         if one.is_some_and(|o| o != i) { continue; }
         let from = args.get(4).map_or(0, |s| s.parse().unwrap());
-        let errors = case.errors_s(from..from+trials);
+        let mut errors = vec![]; let (mut most, mut sum, mut evals) = (0, 0, 0);
+        use std::sync::atomic::Ordering::Relaxed;
+        for seed in from..from+trials {
+            thud_firmware::impact::WORK.store(0, Relaxed); thud_firmware::impact::EVALS.store(0, Relaxed);
+            errors.extend(case.errors_s(seed..seed+1));
+            let w = thud_firmware::impact::WORK.load(Relaxed);
+            sum += w; most = most.max(w); evals += thud_firmware::impact::EVALS.load(Relaxed);
+        }
+        total += sum; worst = worst.max(most);
+        if std::env::var("W").is_ok() { println!("{i} work mean {} most {most} evals {}", sum/trials, evals/trials); }
         let bound = Case { further: &[], ..case.clone() }.bound_s();
         let ratio = rms(&errors) / promised_s(bound);
         n += 1;
@@ -31,5 +40,5 @@ fn main() {
             println!("{i:3} pad {:6} body {:5} m {:.2} v {:.2} f {:.0}: rms {:.0} bound {:.1} ratio {ratio:.2} {:?} {:?}", case.pad_n_per_m/1e3, case.body_n_per_m/1e3, case.piece_kg, case.speed_m_per_s, case.ring_hertz(), rms(&errors)*1e6, bound*1e6, s, case.further);
         }
     }
-    println!("{fails} of {n} fail, {:?}", started.elapsed());
+    println!("{fails} of {n} fail, {:?}; work mean {} worst {worst}", started.elapsed(), total / n / trials);
 }

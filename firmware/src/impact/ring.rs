@@ -37,7 +37,7 @@ const STEPS: usize = 14;
 const PAD_DAMPING: (f32, f32) = (0.032, 1.0);
 const SPRING_DAMPING: (f32, f32) = (0.01, 1.0);
 /// Expected logarithm of the ratio of stiffnesses.
-const LN_RATIO: (f32, f32) = (2.0, 2.0);
+const LN_RATIO: (f32, f32) = (1.6, 1.6);
 /// By how much the ring must lower χ², in units of Schwarz's ln n: one for each unknown that the arc has not.
 const WORTH: f32 = 4.0;
 
@@ -125,23 +125,21 @@ impl Ringing {
 pub fn find<C: Curve>(flank: &Flank, force: &Force<'_, C>, start: Arc) -> Option<Fitted> {
     let whole = flank.to_end as f32 - start.begin;
     let mut best: Option<Fitted> = None;
-    for ratio in RATIOS {
+    'search: for ratio in RATIOS {
         let mut hertz = LOWEST;
-        while hertz <= HIGHEST && !best.is_some_and(|best| best.explains(whole)) {
+        while hertz <= HIGHEST {
             let period = flank.rate / hertz;
-            if period >= SHORTEST_PERIOD
-                && FIRST_PERIODS * period <= whole
-                && let Some(found) = from_frequency(flank, force, start, core::f32::consts::TAU / period, whole, ratio)
-                && best.is_none_or(|best| found.is_better_than(&best))
-            {
+            hertz *= STEP;
+            if period < SHORTEST_PERIOD || FIRST_PERIODS * period > whole { continue; }
+            let Some(mut found) = from_frequency(flank, force, start, core::f32::consts::TAU / period, whole, ratio) else { continue };
+            if let Some(lossy) = grow(flank, force, found.ringing, found.length, whole, 0.2) && (lossy.length > 1.02 * found.length || (lossy.length > 0.98 * found.length && lossy.squares + libm::logf(lossy.points as f32) < found.squares)) { found = lossy; }
+            if best.is_none_or(|best| found.is_better_than(&best)) {
                 best = Some(found);
             }
-            hertz *= STEP;
+            if found.explains(whole) { break 'search; }
         }
     }
-    let mut best = best?;
-    let lossy = grow(flank, force, best.ringing, best.length, whole, 0.2);
-    if let Some(lossy) = lossy && (lossy.length > 1.02 * best.length || (lossy.length > 0.98 * best.length && lossy.squares + libm::logf(lossy.points as f32) < best.squares)) { best = lossy; }
+    let best = best?;
     if std::env::var("DBG").is_ok() { std::println!("BEST {best:?}");
     }
     let arc = arc_alone(flank, force, &best)?;
@@ -192,7 +190,7 @@ fn grow<C: Curve>(flank: &Flank, force: &Force<'_, C>, mut ringing: Ringing, mut
         if length >= whole {
             return best;
         }
-        length = (length * 1.3).min(whole);
+        length = (length * if length < 1.5 * period { 1.3 } else { 1.7 }).min(whole);
     }
 }
 
@@ -211,7 +209,7 @@ fn fit<C: Curve>(flank: &Flank, force: &Force<'_, C>, start: Ringing, length: f3
             let gain = normal.cost - there.cost;
             (ringing, normal) = (next, there);
             damping *= 0.1;
-            if gain < 1e-3 * normal.cost.min(10.0) {
+            if gain < 0.05 {
                 break;
             }
         } else {
@@ -339,9 +337,8 @@ fn linearise(flank: &Flank, points: &Points, ringing: &Ringing, loss: f32) -> Op
     normal.expect(RATIO, LN_RATIO.0 - libm::logf(ratio), LN_RATIO.1);
     normal.expect(PAD, libm::logf(PAD_DAMPING.0 / pad_damping), PAD_DAMPING.1);
     normal.expect(SPRING, libm::logf(SPRING_DAMPING.0 / spring_damping), SPRING_DAMPING.1);
-    let widths = (points.widths.0 as f32, points.widths.1 as f32);
     let variances = (flank.variance_of_mean(points.widths.0), flank.variance_of_mean(points.widths.1));
-    let mut walk = Walk::new(&ringing.bodies, widths);
+    let mut walk = Walk::new(&ringing.bodies);
     let phase = ringing.bodies.pulsation * points.samples() as f32;
     let fine = SC / phase.max(SC);
     let mut varied = VARIED.map(|(unknown, step)| {
@@ -373,8 +370,11 @@ fn linearise(flank: &Flank, points: &Points, ringing: &Ringing, loss: f32) -> Op
                 step
             }
         };
-        (unknown, 1.0 / step, Walk::new(&bodies, widths))
+        (unknown, 1.0 / step, Walk::new(&bodies))
     });
+    crate::impact::WORK.fetch_add(points.count as u64, core::sync::atomic::Ordering::Relaxed);
+    crate::impact::EVALS.fetch_add(1, core::sync::atomic::Ordering::Relaxed);
+    let from = usize::from(loss < 0.01);
     for Point { centre, width, mean } in points.each() {
         let u = centre - ringing.begin;
         let mut gradient = [0.0; UNKNOWNS];
@@ -384,7 +384,7 @@ fn linearise(flank: &Flank, points: &Points, ringing: &Ringing, loss: f32) -> Op
             value = there;
             gradient[SLOPE] = there;
             gradient[BEGIN] = -rate;
-            for (unknown, per_step, walk) in &mut varied {
+            for (unknown, per_step, walk) in &mut varied[from..] {
                 gradient[*unknown] = (walk.to(u, width).0 - value) * *per_step;
             }
         }

@@ -137,38 +137,32 @@ impl Equations {
     }
 }
 
-/// The step from one point to the next, in both forms.
-struct Steps {
-    touching: Matrix,
-    apart: Matrix,
-}
-
 /// The motion, from point to point.
 pub struct Walk {
     equations: Equations,
-    fine: Steps,
-    coarse: Steps,
-    widths: (f32, f32),
     state: State,
     touching: bool,
     /// Where the motion is, samples after the touch.
     at: f32,
+    /// The step that the matrices are for, samples.
+    step: f32,
+    /// From one point to the next, where it has been needed: touching, and apart.
+    touching_step: Option<Matrix>,
+    apart_step: Option<Matrix>,
 }
 
 impl Walk {
-    /// At first touch. Most points will be one of these distances apart, samples.
-    pub fn new(bodies: &Bodies, widths: (f32, f32)) -> Self {
+    /// At first touch.
+    pub fn new(bodies: &Bodies) -> Self {
         let equations = Equations::of(bodies);
-        let steps =
-            |width| Steps { touching: equations.matrix(true, width), apart: equations.matrix(false, width) };
         Self {
             equations,
-            fine: steps(widths.0),
-            coarse: steps(widths.1),
-            widths,
             state: [0.0, equations.speed, 0.0, 0.0],
             touching: true,
             at: 0.0,
+            step: 0.0,
+            touching_step: None,
+            apart_step: None,
         }
     }
 
@@ -181,15 +175,15 @@ impl Walk {
         if self.touching {
             self.equations.lose(&mut self.state, 0.5 * by);
         }
-        let is = |width: f32| (by - width).abs() < 1e-3;
-        let steps = if is(self.widths.0) {
-            Some(&self.fine)
-        } else if is(self.widths.1) {
-            Some(&self.coarse)
-        } else {
+        let next = if (by - width).abs() > 1e-3 {
             None
+        } else {
+            if self.step != width {
+                (self.step, self.touching_step, self.apart_step) = (width, None, None);
+            }
+            let matrix = if self.touching { &mut self.touching_step } else { &mut self.apart_step };
+            Some(product(matrix.get_or_insert_with(|| self.equations.matrix(self.touching, width)), &self.state))
         };
-        let next = steps.map(|steps| product(if self.touching { &steps.touching } else { &steps.apart }, &self.state));
         match next {
             Some(next) if (self.equations.margin(&next) > 0.0) == self.touching => self.state = next,
             _ => self.change(by),
