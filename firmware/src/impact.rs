@@ -24,7 +24,6 @@ use self::flank::{Direction, Flank};
 use self::force::Force;
 
 pub static WORK: core::sync::atomic::AtomicU64 = core::sync::atomic::AtomicU64::new(0);
-pub static EVALS: core::sync::atomic::AtomicU64 = core::sync::atomic::AtomicU64::new(0);
 mod arc;
 mod contacts;
 mod flank;
@@ -33,6 +32,7 @@ mod impulse;
 mod least_squares;
 mod peak;
 mod ring;
+mod stretch;
 mod two_bodies;
 mod verdict_filter;
 

@@ -24,13 +24,13 @@ fn main() {
         let mut errors = vec![]; let (mut most, mut sum, mut evals) = (0, 0, 0);
         use std::sync::atomic::Ordering::Relaxed;
         for seed in from..from+trials {
-            thud_firmware::impact::WORK.store(0, Relaxed); thud_firmware::impact::EVALS.store(0, Relaxed);
+            thud_firmware::impact::WORK.store(0, Relaxed);
             errors.extend(case.errors_s(seed..seed+1));
             let w = thud_firmware::impact::WORK.load(Relaxed);
-            sum += w; most = most.max(w); evals += thud_firmware::impact::EVALS.load(Relaxed);
+            sum += w; most = most.max(w);
         }
         total += sum; worst = worst.max(most);
-        if std::env::var("W").is_ok() { println!("{i} work mean {} most {most} evals {}", sum/trials, evals/trials); }
+        if std::env::var("W").is_ok() { println!("{i} work mean {} most {most}", sum/trials); }
         let bound = Case { further: &[], ..case.clone() }.bound_s();
         let ratio = rms(&errors) / promised_s(bound);
         n += 1;

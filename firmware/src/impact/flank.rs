@@ -147,7 +147,7 @@ impl Flank {
             && !plain
             && let Some(fitted) = ring::find(self, force, arc)
         {
-            let position = self.inside as f32 + fitted.ringing.begin;
+            let position = self.inside as f32 + fitted.touch.begin;
             return Instant { position, deviation: fitted.deviation };
         }
         match best {
