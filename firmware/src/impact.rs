@@ -23,7 +23,6 @@ use self::contacts::{Contact, Contacts};
 use self::flank::{Direction, Flank};
 use self::force::Force;
 
-pub static WORK: core::sync::atomic::AtomicU64 = core::sync::atomic::AtomicU64::new(0);
 mod arc;
 mod contacts;
 mod flank;

@@ -15,7 +15,6 @@
 //!
 //! No allocation, no `std`, no chip type in any signature.
 #![no_std]
-extern crate std;
 
 #[cfg(test)]
 extern crate std;

@@ -283,7 +283,6 @@ impl<'a, C: Curve> Search<'a, C> {
             return None;
         }
         self.work += points.count;
-        crate::impact::WORK.fetch_add(points.count as u64, core::sync::atomic::Ordering::Relaxed);
         Some(linearise(points, touch, loss, self.flank.prior_curvature()))
     }
 }
@@ -338,4 +337,102 @@ fn arc_alone<C: Curve>(flank: &Flank, force: &Force<'_, C>, fitted: &Fitted) -> 
         rest * rest / points.variance
     };
     Some(points.each().map(rest).sum())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::board::AdcCode;
+    use crate::configuration::Configuration;
+    use crate::idle::Baseline;
+    use rand::{RngExt as _, SeedableRng as _};
+    use rand_chacha::ChaCha8Rng;
+    use std::vec::Vec;
+
+    struct Codes(Vec<AdcCode>);
+
+    impl Curve for Codes {
+        fn len(&self) -> usize {
+            self.0.len()
+        }
+
+        fn first_index(&self) -> u64 {
+            0
+        }
+
+        fn read(&self, offset: usize, into: &mut [AdcCode]) -> usize {
+            let rest = &self.0[offset.min(self.0.len())..];
+            let count = into.len().min(rest.len());
+            into[..count].copy_from_slice(&rest[..count]);
+            count
+        }
+    }
+
+    const NOISE: f32 = 0.3;
+
+    /// The codes of a force under evenly spread noise of 0.3 N rms.
+    fn codes(samples: usize, mut force: impl FnMut(usize) -> f32) -> Codes {
+        let mut random = ChaCha8Rng::seed_from_u64(7);
+        let chain = Configuration::DEFAULT.chain;
+        let code = |n| {
+            let noise = NOISE * libm::sqrtf(3.0) * random.random_range(-1.0f32..1.0);
+            let code = libm::roundf((force(n) + noise) / chain.newton_per_code) as i32;
+            (code + i32::from(chain.zero_code)) as AdcCode
+        };
+        Codes((0..samples).map(code).collect())
+    }
+
+    fn flank(inside: usize, to_end: usize, peak: f32) -> Flank {
+        Flank {
+            direction: super::super::flank::Direction::Begin,
+            inside,
+            to_peak: to_end as f32 / 2.0,
+            to_end,
+            reach: 100,
+            peak,
+            noise: NOISE,
+            rate: 20_000.0,
+        }
+    }
+
+    /// Behind a hard pad the piece rattles, behind a soft one it rings.
+    #[test]
+    fn a_struck_piece_tells_the_touch() {
+        for (ratio, hertz) in [(20.0, 470.0), (2.0, 160.0)] {
+            let bodies = Bodies {
+                slope: 0.5,
+                curvature: 1.2e-5,
+                pulsation: core::f32::consts::TAU * hertz / 20_000.0,
+                ratio,
+                pad_damping: 0.04,
+                spring_damping: 0.01,
+                loss: 0.0,
+            };
+            let begin = 200.3;
+            let mut walk = Walk::new(&bodies);
+            let curve = codes(1000, |n| if n as f32 > begin { walk.to(n as f32 - begin, 1).0 } else { 0.0 });
+            let baseline = Baseline::default();
+            let force = Force::bare(&curve, &baseline);
+            let flank = flank(215, 700, 145.0);
+            let start = Arc { begin: -8.0, slope: 0.5, curvature: 1.2e-5 };
+            let found = find(&flank, &force, start).expect("a ring");
+            let error = 215.0 + found.touch.begin - begin;
+            assert!(error.abs() < 0.7, "{hertz} Hz: {error} samples");
+            assert!(error.abs() < 4.0 * found.deviation, "{hertz} Hz: {error} ± {} samples", found.deviation);
+        }
+    }
+
+    /// A force that no two bodies make: the search ends all the same.
+    #[test]
+    fn what_cannot_be_explained_costs_no_more_than_is_allowed() {
+        let saw = |n: usize| if n > 200 { 30.0 + ((n * 7919) % 97) as f32 } else { 0.0 };
+        let curve = codes(1500, saw);
+        let baseline = Baseline::default();
+        let force = Force::bare(&curve, &baseline);
+        let flank = flank(201, 1200, 127.0);
+        let mut search = Search::new(&flank, &force, Arc { begin: -1.0, slope: 10.0, curvature: 1e-6 });
+        let found = search.run();
+        assert!(search.work > 0 && search.work <= WORK, "{}", search.work);
+        assert!(found.is_none_or(|found| found.length < 600.0), "{found:?}");
+    }
 }
