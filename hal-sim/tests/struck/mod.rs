@@ -205,6 +205,44 @@ pub fn grid() -> Vec<Case> {
     cases
 }
 
+/// Stiffness of a bare contact, N/m: what the mechanism `moving-piece-inertia` takes where there is no pad.
+pub const BARE_N_PER_M: f64 = 2e6;
+
+/// No pad: the piece is kicked, flies ahead and rattles.
+pub fn bare() -> Vec<Case> {
+    let mut cases = Vec::new();
+    for body_n_per_m in [10e3, 25e3, 75e3, 150e3] {
+        for speed_m_per_s in [0.05, 0.15, 0.35, 0.6] {
+            cases.push(Case {
+                body_n_per_m,
+                pad_n_per_m: BARE_N_PER_M,
+                piece_kg: 0.12,
+                damping: (0.03, 0.01),
+                speed_m_per_s,
+                robot_kg: 6.0,
+                further: &[],
+            });
+        }
+    }
+    cases
+}
+
+/// Dampings a few times larger and smaller than the fit expects, lighter and heavier robots and pieces.
+pub fn unexpected() -> Vec<Case> {
+    let mut cases = Vec::new();
+    for (pad_n_per_m, body_n_per_m) in [(BARE_N_PER_M, 25e3), (1000e3, 75e3), (80e3, 35e3), (17e3, 10e3)] {
+        for (piece_kg, damping, robot_kg) in
+            [(0.12, (0.1, 0.003), 6.0), (0.12, (0.01, 0.03), 6.0), (0.04, (0.03, 0.01), 3.0), (0.3, (0.03, 0.01), 15.0)]
+        {
+            for speed_m_per_s in [0.05, 0.35] {
+                let further: &[&str] = &[];
+                cases.push(Case { body_n_per_m, pad_n_per_m, piece_kg, damping, speed_m_per_s, robot_kg, further });
+            }
+        }
+    }
+    cases
+}
+
 /// Further mechanisms with the piece: a pad that loses energy as it is compressed, a guide that rubs, and both.
 pub fn lossy() -> Vec<Case> {
     const FURTHER: [&[&str]; 3] =
