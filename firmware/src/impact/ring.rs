@@ -12,7 +12,8 @@
 //! c_b/k_b, as long behind a hard pad as the instant is to be found.
 //!
 //! The search begins at frequencies from 40 Hz to 1 kHz, with a stretch of half a period, by Levenberg and Marquardt. As
-//! long as the residual looks like the tracked noise, the stretch grows, at last over the whole contact. Where the motion
+//! long as the residual looks like the tracked noise, the stretch grows, at last over the whole contact; where a large step leads
+//! into another valley (the piece has come back meanwhile), a small one is tried. Where the motion
 //! without loss stops fitting, or a loss in the pad (η, after Hunt and Crossley) fits better by more than Schwarz's ln n, it is
 //! let go. The first that explains the whole contact is taken, else the one that explains most of it; and it is believed only where
 //! an arc over the same stretch does not fit as well.
@@ -47,12 +48,16 @@ const FIRST_PERIODS: f32 = 0.6;
 /// From stretch to stretch: until so many periods in small steps, then in large ones.
 const SURE_PERIODS: f32 = 1.5;
 const GROWTH: (f32, f32) = (1.3, 1.7);
+/// A stretch of fewer periods cannot tell loss from the rest.
+const FEWEST_PERIODS: f32 = 1.2;
 /// Steps for each stretch, and the gain in χ² below which there is no further one: a twentieth moves no unknown by more than a
 /// fifth of its deviation.
 const STEPS: usize = 14;
 const NO_GAIN: f32 = 0.05;
-/// A stretch is believed up to 1 + this/√points of misfit, 1.4 deviations of χ²; the whole contact up to what ends the growing.
+/// A stretch is believed up to 1 + this/√points of misfit, 1.4 deviations of χ²; the whole contact up to what ends the growing, and
+/// below the other, 1.8 deviations, it ends the search.
 const CLEAN_MISFIT: f32 = 2.0;
+const DONE_MISFIT: f32 = 2.5;
 /// By how much a motion must lower χ² against the arc, in units of Schwarz's ln n: it has four unknowns more.
 const WORTH: f32 = 4.0;
 
@@ -93,6 +98,11 @@ pub struct Touch {
 }
 
 impl Touch {
+    /// Period of the ring, samples.
+    fn period(&self) -> f32 {
+        core::f32::consts::TAU / self.bodies.pulsation
+    }
+
     /// The next guess, within what the linearisation can mean and what is possible.
     fn moved_by(&self, step: [f32; UNKNOWNS], flank: &Flank) -> Self {
         let within = |value: f32, low: f32, high: f32| value.max(low).min(high);
@@ -149,6 +159,20 @@ impl Fitted {
         self.squares / self.points.max(1) as f32
     }
 
+    /// Whether the residual looks like noise (of the whole contact: nearly so), and ring and instant are known.
+    fn is_believed(&self, flank: &Flank, whole: bool) -> bool {
+        let period = self.touch.period();
+        (BELIEVED.0..=BELIEVED.1).contains(&(flank.rate / period))
+            && period >= SHORTEST_PERIOD
+            && self.deviation < period / core::f32::consts::TAU
+            && (whole || self.misfit() <= 1.0 + CLEAN_MISFIT / libm::sqrtf(self.points as f32))
+    }
+
+    /// Nothing is left to look for.
+    fn explains(&self, whole: f32) -> bool {
+        self.length >= 0.98 * whole && self.misfit() <= 1.0 + DONE_MISFIT / libm::sqrtf(self.points as f32)
+    }
+
     fn is_longer_than(&self, other: &Self) -> bool {
         self.length > 1.02 * other.length
     }
@@ -192,7 +216,7 @@ impl<'a, C: Curve> Search<'a, C> {
                     if best.is_none_or(|best| found.is_better_than(&best, 0.0)) {
                         best = Some(found);
                     }
-                    if found.length >= 0.98 * self.whole {
+                    if found.explains(self.whole) {
                         return best;
                     }
                 }
@@ -219,30 +243,35 @@ impl<'a, C: Curve> Search<'a, C> {
             loss: 0.0,
         };
         let without = self.grow(Touch { begin: arc.begin, bodies }, length, HELD)?;
+        if without.length < FEWEST_PERIODS * without.touch.period() {
+            return Some(without);
+        }
         let lossy = self.grow(without.touch, without.length, LET_GO);
         Some(lossy.filter(|lossy| lossy.is_better_than(&without, libm::logf(lossy.points as f32))).unwrap_or(without))
     }
 
-    /// Fits longer and longer stretches; the longest that is believed.
+    /// Fits longer and longer stretches; the longest that is believed. Where a large step leads astray, a small one is tried.
     fn grow(&mut self, mut touch: Touch, mut length: f32, loss: f32) -> Option<Fitted> {
         let mut best = None;
+        let mut sure = 0.0;
         while let Some(fitted) = self.fit(touch, length, loss) {
-            touch = fitted.touch;
-            if fitted.misfit() > Flank::allowed_misfit(fitted.points) {
+            let growth = if fitted.misfit() <= Flank::allowed_misfit(fitted.points) {
+                touch = fitted.touch;
+                let whole = length >= self.whole;
+                if fitted.is_believed(self.flank, whole) {
+                    best = Some(fitted);
+                }
+                if whole || touch.begin + length < 0.0 {
+                    break;
+                }
+                sure = length;
+                if length < SURE_PERIODS * touch.period() { GROWTH.0 } else { GROWTH.1 }
+            } else if length > 1.05 * GROWTH.0 * sure && sure > 0.0 {
+                GROWTH.0
+            } else {
                 break;
-            }
-            let period = core::f32::consts::TAU / touch.bodies.pulsation;
-            let hertz = self.flank.rate / period;
-            let clean = fitted.misfit() <= 1.0 + CLEAN_MISFIT / libm::sqrtf(fitted.points as f32);
-            let whole = length >= self.whole;
-            if (BELIEVED.0..=BELIEVED.1).contains(&hertz) && period >= SHORTEST_PERIOD && (clean || whole) {
-                best = Some(fitted);
-            }
-            if whole {
-                break;
-            }
-            let growth = if length < SURE_PERIODS * period { GROWTH.0 } else { GROWTH.1 };
-            length = (length * growth).min(self.whole);
+            };
+            length = (sure * growth).min(self.whole);
         }
         best
     }
