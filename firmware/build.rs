@@ -14,7 +14,10 @@ fn main() {
         fs::copy(&memory, Path::new(&out).join("memory.x")).unwrap_or_else(|error| {
             panic!("{}: {error}; the memory map of the board belongs to the top of the tree", memory.display())
         });
-        println!("cargo::rustc-link-search={out}");
+        // For the binary alone: whoever uses the library links for another chip.
+        for argument in ["--nmagic", "--build-id=sha1", &format!("-L{out}"), "-Tlink.x", "-Tdefmt.x"] {
+            println!("cargo::rustc-link-arg-bins={argument}");
+        }
         println!("cargo::rerun-if-changed={}", memory.display());
     }
 }

@@ -303,6 +303,35 @@ fn a_recording_that_begins_within_a_pulse_has_that_one_and_no_other() {
     }
 }
 
+/// Three blows of 200 N, half a second apart; after the first friction holds 4 N on the cell, to the end of the recording.
+#[test]
+fn blows_on_a_rest_that_friction_holds_are_told_one_by_one() {
+    let folder = Folder::new("rest");
+    let mut text = String::from("time_s,force_N\n");
+    for index in 0..25_000_u32 {
+        let time = f64::from(index) * 1e-4 - 0.5;
+        let pulse = |at: f64| 200.0 * ((time - at) / 0.03 * std::f64::consts::PI).sin();
+        let blow =
+            [0.0, 0.5, 1.0].into_iter().filter(|at| (0.0..0.03).contains(&(time - at))).map(pulse).fold(0.0, f64::max);
+        let rest = if time > 0.015 { 4.0 } else { 0.0 };
+        let noise = 0.4 * f64::from(index.wrapping_mul(2_654_435_761) >> 24) / 128.0 - 0.4;
+        text.push_str(&format!("{time:.5},{:.4}\n", f64::max(blow, rest) + noise));
+    }
+    std::fs::write(folder.0.join("rest.csv"), text).unwrap();
+    let said = json(&succeeds(&folder.0, &["replay", "rest.csv", "--region", "chest", "--mass", "6", "--json", "-"]));
+    let events = said["events"].as_array().unwrap();
+    assert_eq!(events.len(), 3, "{said}");
+    // 4 N of 200 N are reached 0.19 ms after the pulse begins.
+    for (event, contact_s) in events.iter().zip([0.0, 0.500_19, 1.000_19]) {
+        assert!((number(event, "contact_s") - contact_s).abs() < 100e-6, "{event}");
+        assert!((number(event, "duration_s") - 0.029_8).abs() < 300e-6, "{event}");
+        assert!((number(event, "raw_peak_N") - 200.0).abs() < 1.0, "{event}");
+        assert!((number(event, "impulse_Ns") / 3.82 - 1.0).abs() < 0.01, "{event}");
+        assert_eq!(event["flags"], serde_json::json!(["rest"]), "{event}");
+        assert_eq!(event["verdict"], "pass", "{event}");
+    }
+}
+
 #[test]
 fn a_recording_that_its_own_chain_clipped_never_passes() {
     let folder = Folder::new("clipped");

@@ -153,6 +153,7 @@ pub trait Watchdog {
 
 /// Why the board started.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
 #[repr(u8)]
 pub enum ResetCause {
     /// Power came.
@@ -177,6 +178,8 @@ pub struct Identity {
     pub serial: u32,
     /// Hardware revision.
     pub hardware_revision: u32,
+    /// First eight bytes of the program's build id, most significant first, which its ELF file has too; 0 for none.
+    pub build: u64,
     /// Why it started this time.
     pub reset_cause: ResetCause,
 }

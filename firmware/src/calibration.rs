@@ -20,9 +20,11 @@ pub const HEALTHY: Second = Second(0.1);
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibration {
     newton_per_code: f32,
-    zero_code: i32,
-    clip_low: AdcCode,
-    clip_high: AdcCode,
+    /// The code at no force; a whole number.
+    zero: f32,
+    /// The first code that does not clip, and how many do not.
+    first_inside: AdcCode,
+    inside: AdcCode,
 }
 
 impl Calibration {
@@ -31,9 +33,9 @@ impl Calibration {
     pub const fn new(chain: &Chain) -> Self {
         Self {
             newton_per_code: chain.newton_per_code,
-            zero_code: chain.zero_code as i32,
-            clip_low: chain.clip_low,
-            clip_high: chain.clip_high,
+            zero: chain.zero_code as f32,
+            first_inside: chain.clip_low.wrapping_add(1),
+            inside: chain.clip_high.saturating_sub(chain.clip_low).saturating_sub(1),
         }
     }
 
@@ -43,14 +45,14 @@ impl Calibration {
     #[inline]
     #[must_use]
     pub fn force(&self, code: AdcCode) -> f32 {
-        (i32::from(code) - self.zero_code) as f32 * self.newton_per_code
+        (f32::from(code) - self.zero) * self.newton_per_code
     }
 
     /// Whether a code is at the end of the range, where the true force may be anything beyond.
     #[inline]
     #[must_use]
     pub const fn clipped(&self, code: AdcCode) -> bool {
-        code <= self.clip_low || code >= self.clip_high
+        code.wrapping_sub(self.first_inside) >= self.inside
     }
 
     /// Root mean square of the quantiser's own error, N: a uniform distribution one code wide.

@@ -1,11 +1,16 @@
 //! The per-sample path: calibrate, track, detect, capture.
 //!
 //! ```text
-//!            ┌──────────── onset ───────────┐            ┌─ longest time ─┐
-//!   idle ────┘   open: nothing is learned   └─ released ─┤                ├─▶ waiting for the force to go ─▶ idle
-//!    ▲           0.5 s transient, then held              │                │   (or to stand still for 30 s)
-//!    └───────────────────── over ◀───────────────────────┘                └─ over, truncated
+//!            ┌──────────── onset ───────────┐         ┌─ longest time ─┐
+//!   idle ────┘   open: nothing is learned   └─ ended ─┤                ├─▶ waiting for the contact to end ─▶ idle
+//!    ▲           0.5 s transient, then held           │                │   (or to stand still for 30 s)
+//!    └──────────────────── over ◀─────────────────────┘                └─ over, truncated
 //! ```
+//!
+//! A contact has ended when the force has gone, or when what is left of it is a rest that friction holds ([`crate::rest`]).
+//! Then the detector idles on that rest: an onset is what rises from it, or from the true zero where the rest pulls. Forces
+//! count from the true zero all the same, because what the body feels is all of it; the rest is remembered until it leaves
+//! ([`crate::idle`]).
 //!
 //! Runs at interrupt priority on the board. It says that something began, and later that it is over; what it
 //! was is [`crate::impact::evaluate`]'s work, on the captured curve, when there is time.
@@ -22,10 +27,11 @@ use crate::capture::{Captures, SlotId, pre_trigger};
 use crate::configuration::{Configuration, ContactKind, Setting};
 use crate::event::{Flags, Onset};
 use crate::idle::{Baseline, Idle};
-use crate::onset::OnsetDetector;
+use crate::onset::{OnsetDetector, limited};
+use crate::rest::{End, Touch};
 use crate::units::{Hertz, Kilogram, Newton, NewtonSecond, Second};
 
-use self::phase::{OpenImpact, Phase, Spans, Waiting, causal_filter};
+use self::phase::{OpenImpact, Phase, Spans, causal_filter};
 
 mod phase;
 
@@ -91,11 +97,15 @@ pub struct ImpactContext {
     pub effective_mass: Option<(Kilogram, Option<u32>)>,
     /// Largest filtered force after the transient window, if the contact lasted that long.
     pub quasi_static: Option<Newton>,
-    /// Zero, drift and hum as known at the onset, to be removed from the curve.
+    /// True zero, drift and hum as known at the onset, to be removed from the curve.
     pub baseline: Baseline,
+    /// The rest from which the force rose, above the true zero; zero where there was none.
+    pub rest_before: Newton,
+    /// The rest that stayed after it; zero where there is none.
+    pub rest_after: Newton,
     /// The sample after the last one that belongs to the impact.
     pub end: u64,
-    /// The last sample at which the filtered force was above half the threshold.
+    /// The last sample at which the filtered force was above half the threshold and was not yet the rest.
     pub last_touch: u64,
     /// The first sample after the end of the captured curve.
     pub curve_end: u64,
@@ -148,7 +158,7 @@ impl<const N: usize> Detector<N> {
             active: configuration,
             pending: None,
             calibration: Calibration::new(&configuration.configuration.chain),
-            spans: Spans { transient: 0, longest: 0, release: 0, new_zero: 0, filter_delay: 0, healthy: 0 },
+            spans: Spans { transient: 0, longest: 0, release: 0, still: 0, new_zero: 0, filter_delay: 0, healthy: 0 },
             idle: Idle::new(),
             onset: OnsetDetector::new(),
             phase: Phase::Start,
@@ -196,7 +206,7 @@ impl<const N: usize> Detector<N> {
         Newton(self.idle.noise())
     }
 
-    /// Zero, drift and hum as tracked now.
+    /// True zero, drift and hum as tracked now.
     #[must_use]
     pub fn baseline(&self) -> Baseline {
         self.idle.baseline(self.next_index)
@@ -212,11 +222,18 @@ impl<const N: usize> Detector<N> {
     /// [`Signals`] can hold.
     pub fn push(&mut self, codes: &[AdcCode], info: &BlockInfo, captures: &Captures<N>) -> Signals {
         let mut signals = Signals::new();
+        self.push_into(codes, info, captures, &mut signals);
+        signals
+    }
+
+    /// The same without moving the list, which has room for some kilobytes and mostly holds nothing: moving it took more
+    /// instructions than the samples.
+    pub fn push_into(&mut self, codes: &[AdcCode], info: &BlockInfo, captures: &Captures<N>, signals: &mut Signals) {
         if info.first_index < self.next_index {
             // The board has lost count; nobody knows how many samples are gone, and nothing before fits what follows.
-            self.lose(0, &mut signals);
-            if let Some(context) = self.close(captures) {
-                say(&mut signals, Signal::Over(context));
+            self.lose(0, signals);
+            if let Some(context) = self.close(None, captures) {
+                say(signals, Signal::Over(context));
             }
             self.phase = Phase::Start;
             self.mass = None;
@@ -224,16 +241,15 @@ impl<const N: usize> Detector<N> {
             self.after_loss = Some(info.first_index);
             self.adopt();
         } else if info.first_index > self.next_index {
-            self.lose(info.first_index - self.next_index, &mut signals);
+            self.lose(info.first_index - self.next_index, signals);
         }
         if self.after_loss == Some(self.next_index) {
             captures.gap(self.slot, self.next_index);
         }
-        self.watch_bias(codes.len() as u32, info, &mut signals);
+        self.watch_bias(codes.len() as u32, info, signals);
         for chunk in codes.chunks(BLOCK) {
-            self.push_chunk(chunk, captures, &mut signals);
+            self.push_chunk(chunk, captures, signals);
         }
-        signals
     }
 
     /// Samples were lost before the next block.
@@ -283,24 +299,29 @@ impl<const N: usize> Detector<N> {
             self.start(codes);
         }
         let mut began = None;
-        for code in codes {
+        let mut touched = codes;
+        if matches!(self.phase, Phase::Idle) {
+            touched = &[];
+            if let Some((place, force)) = self.take_idle(codes) {
+                let open = self.begin(force + self.idle.rest());
+                began = Some(open.onset);
+                self.phase = Phase::Open(open);
+                self.next_index += 1;
+                touched = &codes[place + 1..];
+            }
+        }
+        for code in touched {
             let rest = self.idle.remove(self.calibration.force(*code));
+            let group_ends = self.idle.hold();
             match &mut self.phase {
-                Phase::Start => {}
-                Phase::Idle => {
-                    if self.take_idle(rest) {
-                        let open = self.begin(rest);
-                        began = Some(open.onset);
-                        self.phase = Phase::Open(open);
-                    }
-                }
+                Phase::Start | Phase::Idle => {}
                 Phase::Open(open) => {
-                    let group_ends = self.idle.hold();
-                    open.take(rest, self.next_index, group_ends, self.onset.release_level(), &self.spans);
+                    let force = rest + self.idle.rest();
+                    open.take(force, self.next_index, group_ends, self.onset.release_level(), &self.spans);
                 }
-                Phase::Waiting(waiting) => {
-                    self.idle.hold();
-                    waiting.take(rest, self.next_index, self.onset.release_level());
+                Phase::Waiting(touch) => {
+                    let force = rest + self.idle.rest();
+                    touch.take(force, self.next_index, self.onset.release_level(), self.spans.still);
                 }
             }
             self.next_index += 1;
@@ -345,19 +366,44 @@ impl<const N: usize> Detector<N> {
         self.phase = Phase::Idle;
     }
 
-    /// Takes a sample while nothing touches; true at an onset.
-    #[inline]
-    fn take_idle(&mut self, rest: f32) -> bool {
-        let limit = self.onset.limit().min(self.idle.first_limit_until_armed());
-        let limited = rest.max(-limit).min(limit);
-        if self.idle.learn(limited, self.onset.threshold()) {
-            self.set_threshold();
-            if !self.idle.settled() {
-                // The zero may just have jumped, and the window stands on the old one.
-                self.onset.clear();
+    /// Takes samples while nothing touches, up to an onset: its place among them and its force. The onset's sample is not yet
+    /// counted.
+    ///
+    /// A run of samples up to the end of a group at a time, so that what changes from sample to sample stays in registers.
+    fn take_idle(&mut self, codes: &[AdcCode]) -> Option<(usize, f32)> {
+        let mut taken = 0;
+        while taken < codes.len() {
+            let run = &codes[taken..];
+            let run = &run[..run.len().min(self.idle.until_group_ends())];
+            let limit = self.onset.limit_below(self.idle.first_limit_until_armed());
+            // On a rest that pulls, the force that counts still begins at the true zero.
+            let pull = self.idle.rest().min(0.0);
+            let mut gathering = self.idle.gathering();
+            let mut found = None;
+            for (place, code) in run.iter().enumerate() {
+                let rest = gathering.remove(self.calibration.force(*code));
+                gathering.learn(limited(rest, limit));
+                if self.onset.push(limited(rest + pull, limit)) {
+                    found = Some((place, rest));
+                    break;
+                }
             }
+            if let Some((place, force)) = found {
+                self.idle.gather(&gathering, place + 1, self.onset.threshold());
+                self.next_index += place as u64;
+                return Some((taken + place, force));
+            }
+            if self.idle.gather(&gathering, run.len(), self.onset.threshold()) {
+                self.set_threshold();
+                if !self.idle.settled() {
+                    // The zero may just have jumped, and the window stands on the old one.
+                    self.onset.clear();
+                }
+            }
+            taken += run.len();
+            self.next_index += run.len() as u64;
         }
-        self.onset.push(limited)
+        None
     }
 
     fn set_threshold(&mut self) {
@@ -400,11 +446,11 @@ impl<const N: usize> Detector<N> {
             flags,
             noise: self.idle.noise(),
             baseline: self.idle.baseline(self.next_index + 1),
+            rest_before: self.idle.rest(),
             effective_mass,
-            filter: causal_filter(configuration),
-            filtered: 0.0,
+            touch: Touch::new(causal_filter(configuration), self.idle.rest(), self.next_index),
             quasi_static: None,
-            last_touch: self.next_index,
+            quasi_static_from: self.next_index + self.spans.transient + self.spans.filter_delay,
             curve_end: self.next_index,
             group_sum: 0.0,
             sum_after_curve: 0.0,
@@ -416,37 +462,36 @@ impl<const N: usize> Detector<N> {
     fn end_chunk(&mut self, captures: &Captures<N>, signals: &mut Signals) {
         let now = self.next_index;
         let spans = self.spans;
+        let release = self.onset.release_level();
         match &mut self.phase {
             Phase::Open(open) => {
                 let began = open.onset.noticed_at;
                 if now < began + spans.transient {
                     return;
                 }
-                open.flags.set(Flags::HELD, open.last_touch >= began + spans.transient);
-                let released = now - open.last_touch > spans.release;
-                let too_long = now >= began + spans.longest;
-                if released || too_long {
-                    open.flags.set(Flags::TRUNCATED, !released);
-                    let waiting =
-                        Waiting { filter: open.filter, level: open.filtered, steady_since: now, touched: now };
-                    let context = self.close(captures);
-                    self.phase = if released { Phase::Idle } else { Phase::Waiting(waiting) };
-                    if let Some(context) = context {
-                        say(signals, Signal::Over(context));
-                    }
-                    self.idle.resume();
-                    self.onset.clear();
-                    self.adopt();
+                let end = open.touch.end(now, release, spans.release);
+                if end.is_none() && now < began + spans.longest {
+                    return;
                 }
+                open.flags.set(Flags::HELD, open.touch.last(release) >= began + spans.transient);
+                open.flags.set(Flags::TRUNCATED, end.is_none());
+                let touch = open.touch;
+                if let Some(context) = self.close(end, captures) {
+                    say(signals, Signal::Over(context));
+                }
+                match end {
+                    Some(end) => self.re_arm(end),
+                    None => self.phase = Phase::Waiting(touch),
+                }
+                self.adopt();
             }
-            Phase::Waiting(waiting) => {
-                let gone = now - waiting.touched > spans.release;
-                let steady = now - waiting.steady_since > spans.new_zero;
-                if steady {
-                    self.idle.jump(waiting.level);
-                }
-                if gone || steady {
-                    self.idle.resume();
+            Phase::Waiting(touch) => {
+                let touch = *touch;
+                let (standing, level) = touch.standing(now);
+                if let Some(end) = touch.end(now, release, spans.release) {
+                    self.re_arm(end);
+                } else if standing > spans.new_zero {
+                    self.idle.take_for_zero(level);
                     self.onset.clear();
                     self.phase = Phase::Idle;
                 }
@@ -455,9 +500,30 @@ impl<const N: usize> Detector<N> {
         }
     }
 
-    /// Finishes the curve of the open impact and sums it up.
-    fn close(&mut self, captures: &Captures<N>) -> Option<ImpactContext> {
+    /// Nothing touches any more: idles on what is left of the force.
+    fn re_arm(&mut self, end: End) {
+        match end {
+            End::Still(level) => self.idle.stand(level, self.onset.release_level()),
+            End::Gone => self.idle.resume(),
+        }
+        self.onset.clear();
+        self.phase = Phase::Idle;
+    }
+
+    /// Finishes the curve of the open impact and sums it up. `end`: how its last contact ended, if it has.
+    fn close(&mut self, end: Option<End>, captures: &Captures<N>) -> Option<ImpactContext> {
         let Phase::Open(open) = &self.phase else { return None };
+        let release = self.onset.release_level();
+        let last_touch = open.touch.last(release);
+        let curve_end = open.curve_end.min(self.next_index);
+        let mut after_curve = open.sum_after_curve + open.group_sum;
+        let rest_after = match end {
+            Some(End::Still(level)) if level.abs() > release => level,
+            _ => 0.0,
+        };
+        // What rests is no longer the contact's.
+        let resting = self.next_index - last_touch.max(curve_end);
+        after_curve -= rest_after * resting as f32;
         let finished = self.slot;
         self.slot = captures.finish(finished, self.next_index);
         let period = 1.0 / self.active.configuration.chain.sample_rate.0;
@@ -471,10 +537,12 @@ impl<const N: usize> Detector<N> {
             effective_mass: open.effective_mass,
             quasi_static: open.quasi_static.map(Newton),
             baseline: open.baseline,
+            rest_before: Newton(open.rest_before),
+            rest_after: Newton(rest_after),
             end: self.next_index,
-            last_touch: open.last_touch,
-            curve_end: open.curve_end.min(self.next_index),
-            impulse_after_curve: NewtonSecond((open.sum_after_curve + open.group_sum) * period),
+            last_touch,
+            curve_end,
+            impulse_after_curve: NewtonSecond(after_curve * period),
         })
     }
 

@@ -36,6 +36,9 @@ bitflags::bitflags! {
         const UNSETTLED = 1 << 10;
         /// The verdict filter took more than 10 % off the raw peak: the pulse is shorter than the filter can follow.
         const SHORT_PULSE = 1 << 11;
+        /// Friction held a rest of the force, before or after the contact. The contact begins and ends where the force leaves the
+        /// rest and comes back to it; peaks and impulse count from the true zero.
+        const REST = 1 << 12;
     }
 }
 
@@ -50,7 +53,7 @@ impl Flags {
         .union(Self::UNSETTLED);
 
     /// The names that files and the command line use, in bit order.
-    pub const NAMES: [(Self, &'static str); 12] = [
+    pub const NAMES: [(Self, &'static str); 13] = [
         (Self::CLIPPED, "clipped"),
         (Self::LOST_SAMPLES, "lost-samples"),
         (Self::BIAS_FAULT, "bias-fault"),
@@ -63,6 +66,7 @@ impl Flags {
         (Self::NOT_PERMITTED, "not-permitted"),
         (Self::UNSETTLED, "unsettled"),
         (Self::SHORT_PULSE, "short-pulse"),
+        (Self::REST, "rest"),
     ];
 
     /// The names of the flags that are set.

@@ -4,14 +4,22 @@
 //! H(s) = ω₁² / (s² + √2·ω₁·s + ω₁²)
 //! ```
 //!
-//! as a trapezoidal state-variable section (Zavalishin, *The Art of VA Filter Design*, 2018, §4). Its
+//! as a trapezoidal state-variable section (Zavalishin, *The Art of VA Filter Design*, 2018, §4), written for its two states and
+//! what they add to the output:
+//!
+//! ```text
+//! e = x − low,  d = slope + a₃·e,  y = low + d        slope ← (2a₁ − 1)·slope + 2a₂²·e,  low ← y + d
+//! ```
+//!
+//! (`slope` is a₂ times the section's band-pass state.) Its
 //! states are of the size of the signal, and its coefficients do not crowd together as the corner falls far below the
 //! sample rate: in `f32` at 250 kS/s and 100 Hz a held force still comes out right to 1e-4, where a direct form has lost
-//! several per cent. The cost is that of a direct form.
+//! several per cent. It takes fewer instructions than a direct form in C (`cargo xtask qemu`).
 //!
 //! A verdict is judged through two such passes, forward and backward (see `impact::verdict_filter`), or, where
 //! the future is not known, through two in a row ([`Causal`]).
 
+use crate::trigonometry;
 use crate::units::Hertz;
 
 /// Each of two equal passes has its −3 dB corner above that of the cascade:
@@ -21,15 +29,17 @@ pub const TWO_PASS_CORRECTION: f32 = 1.246_476_4;
 /// The coefficients of one pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LowPass {
-    a1: f32,
-    a2: f32,
+    /// 2a₁ − 1.
+    keep: f32,
+    /// 2a₂².
+    drive: f32,
     a3: f32,
 }
 
 /// The state of one pass: what a checkpoint has to keep.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct State {
-    band: f32,
+    slope: f32,
     low: f32,
 }
 
@@ -37,7 +47,7 @@ impl State {
     /// The state of a pass that has always seen `value`.
     #[must_use]
     pub const fn steady(value: f32) -> Self {
-        Self { band: 0.0, low: value }
+        Self { slope: 0.0, low: value }
     }
 }
 
@@ -46,21 +56,21 @@ impl LowPass {
     #[must_use]
     pub fn of_two_passes(corner: Hertz, sample_rate: Hertz) -> Self {
         let ratio = (corner.0 * TWO_PASS_CORRECTION / sample_rate.0).clamp(1e-6, 0.3);
-        let g = libm::tanf(core::f32::consts::PI * ratio);
+        let g = trigonometry::tan(core::f32::consts::PI * ratio);
         let a1 = 1.0 / (1.0 + g * (g + core::f32::consts::SQRT_2));
         let a2 = g * a1;
-        Self { a1, a2, a3: g * a2 }
+        Self { keep: 2.0 * a1 - 1.0, drive: 2.0 * a2 * a2, a3: g * a2 }
     }
 
     /// Takes a sample, gives the filtered one.
     #[inline]
     pub fn step(&self, state: &mut State, x: f32) -> f32 {
-        let rest = x - state.low;
-        let band = self.a1 * state.band + self.a2 * rest;
-        let low = state.low + self.a2 * state.band + self.a3 * rest;
-        state.band = 2.0 * band - state.band;
-        state.low = 2.0 * low - state.low;
-        low
+        let error = x - state.low;
+        let by = state.slope + self.a3 * error;
+        state.slope = self.keep * state.slope + self.drive * error;
+        let y = state.low + by;
+        state.low = y + by;
+        y
     }
 }
 

@@ -20,11 +20,18 @@
 //! that is 0.1 mm/s on the softest spring (10 N/mm), far below any speed that a robot is tested at. Nobody can pull: when a block's mean
 //! lies below zero by more than the onset threshold, the zero itself has jumped, and it is learned anew at once.
 //!
+//! **Rest.** After a blow friction may hold some newtons ([`crate::rest`]). The zero that is tracked then jumps to that rest, and the
+//! rest is remembered, so that the true zero is known: forces count from there. What the tracked zero does later is the zero's
+//! own drift, except where it moves as no drift does; that takes from the rest, until less than half the threshold is left.
+//! So it is while the zero is free to move, for 0.2 s after the blow or after a block's mean that has gone back towards the true
+//! zero by more than a quarter of the threshold, and while the zero follows the rest at the limit of its slope.
+//!
 //! **Spikes.** Every sample is limited to three onset levels before it is averaged (see [`crate::onset`]), so a spike
 //! of any height moves a block's mean by some 2 mN.
 
 use core::f32::consts::TAU;
 
+use crate::trigonometry::sin_cos;
 use crate::units::Hertz;
 
 pub use self::baseline::{Baseline, BaselineTone};
@@ -50,6 +57,9 @@ const MEMORY_BLOCKS: u32 = 20;
 const MAINS_DEVIATION: Hertz = Hertz(1.0);
 /// A tone below this many deviations of its own estimate does not move the mains frequency.
 const TONE_SIGNIFICANCE: f32 = 6.0;
+/// A rest leaves when a block's mean is this share of the threshold nearer to the true zero: 0.45 N at 0.3 N of noise, which
+/// no drift does and sixty deviations of such a mean.
+const LEAVING: f32 = 0.25;
 /// Limit of a sample's distance from the first one seen while nothing is known yet, N: any hum, no spike.
 const FIRST_LIMIT: f32 = 50.0;
 
@@ -62,6 +72,8 @@ struct Tone {
     /// Rotation from group to group.
     turn_cosine: f32,
     turn_sine: f32,
+    /// Its angle, radians.
+    turn: f32,
     /// Amplitudes, N.
     in_phase: f32,
     quadrature: f32,
@@ -76,6 +88,7 @@ impl Tone {
         sine: 0.0,
         turn_cosine: 1.0,
         turn_sine: 0.0,
+        turn: 0.0,
         in_phase: 0.0,
         quadrature: 0.0,
         gathered_cosine: 0.0,
@@ -100,6 +113,32 @@ impl Tone {
     }
 }
 
+/// The part of the tracker that moves with every sample.
+#[derive(Clone, Copy, Debug)]
+pub struct Gathering {
+    prediction: f32,
+    step: f32,
+    sum: f32,
+    squares: f32,
+}
+
+impl Gathering {
+    /// See [`Idle::remove`].
+    #[inline]
+    pub fn remove(&mut self, force: f32) -> f32 {
+        let rest = force - self.prediction;
+        self.prediction += self.step;
+        rest
+    }
+
+    /// See [`Idle::learn`].
+    #[inline]
+    pub fn learn(&mut self, rest: f32) {
+        self.sum += rest;
+        self.squares += rest * rest;
+    }
+}
+
 /// The tracker.
 #[derive(Clone, Debug)]
 pub struct Idle {
@@ -115,6 +154,8 @@ pub struct Idle {
     zero: f32,
     slope: f32,
     tones: [Tone; TONES],
+    /// How much of the zero is a rest, N: the true zero lies lower by so much.
+    rest: f32,
     variance: f32,
     /// Variance of a group's mean; an eighth of the other when the noise is white.
     mean_variance: f32,
@@ -149,6 +190,7 @@ impl Idle {
             zero: 0.0,
             slope: 0.0,
             tones: [Tone::STILL; TONES],
+            rest: 0.0,
             variance: 0.0,
             mean_variance: 0.0,
             zero_blocks: 0,
@@ -177,7 +219,7 @@ impl Idle {
         self.quantisation_variance = quantisation * quantisation;
         self.zero = first;
         self.retune();
-        self.predict();
+        self.predict::<false>();
     }
 
     /// Samples in a group.
@@ -236,10 +278,33 @@ impl Idle {
     /// Learns from a sample, already limited. True at the end of a block, when zero and noise have moved.
     #[inline]
     pub fn learn(&mut self, rest: f32, threshold: f32) -> bool {
-        self.group_sum += rest;
-        self.squares += rest * rest;
-        self.in_group += 1;
-        self.in_group == self.group_length && self.end_group(threshold)
+        let mut gathering = self.gathering();
+        gathering.learn(rest);
+        self.gather(&gathering, 1, threshold)
+    }
+
+    /// Samples until the present group ends, at least one.
+    #[inline]
+    #[must_use]
+    pub fn until_group_ends(&self) -> usize {
+        self.group_length.saturating_sub(self.in_group).max(1) as usize
+    }
+
+    /// What changes from sample to sample within a group.
+    #[inline]
+    #[must_use]
+    pub fn gathering(&self) -> Gathering {
+        Gathering { prediction: self.prediction, step: self.step, sum: self.group_sum, squares: self.squares }
+    }
+
+    /// Takes back what has gathered over some samples, not beyond the end of the group. True at the end of a block, when zero and
+    /// noise have moved.
+    pub fn gather(&mut self, gathering: &Gathering, samples: usize, threshold: f32) -> bool {
+        self.prediction = gathering.prediction;
+        self.group_sum = gathering.sum;
+        self.squares = gathering.squares;
+        self.in_group += samples as u32;
+        self.in_group >= self.group_length && self.end_group(threshold)
     }
 
     /// Lets time pass without learning: something touches. True at the end of a group.
@@ -266,19 +331,51 @@ impl Idle {
         }
     }
 
-    /// The impact is over: the zero is learned anew, the hum goes on.
+    /// The impact is over and the force has gone, a rest with it: the zero is learned anew, the hum goes on.
     pub fn resume(&mut self) {
+        self.relearn();
+        self.shift(-self.rest);
+        self.rest = 0.0;
+    }
+
+    /// The impact is over and the force stands still at `level` above the true zero. That is the rest; below `release` it is
+    /// the zero. It has been seen for a block's time already, so that what was settled stays so.
+    pub fn stand(&mut self, level: f32, release: f32) {
+        self.freeze();
+        self.zero_blocks = 0;
+        self.shift(level - self.rest);
+        self.rest = if level.abs() > release { level } else { 0.0 };
+    }
+
+    /// A force that stands still at `level` above the true zero is the zero from now on.
+    pub fn take_for_zero(&mut self, level: f32) {
+        self.jump(level - self.rest);
+        self.rest = 0.0;
+    }
+
+    /// How much of what is removed is a rest and not zero, N.
+    #[inline]
+    #[must_use]
+    pub const fn rest(&self) -> f32 {
+        self.rest
+    }
+
+    /// Forgets the zero, because the signal has jumped by so much.
+    fn jump(&mut self, by: f32) {
+        self.relearn();
+        self.shift(by);
+        self.slope = 0.0;
+    }
+
+    fn shift(&mut self, by: f32) {
+        self.zero += by;
+        self.prediction += by;
+    }
+
+    fn relearn(&mut self) {
         self.freeze();
         self.zero_blocks = 0;
         self.settle_left = self.settle_left.max(RESETTLE_BLOCKS);
-    }
-
-    /// Forgets the zero, because the signal has jumped to `rest` above it.
-    pub fn jump(&mut self, rest: f32) {
-        self.resume();
-        self.zero += rest;
-        self.slope = 0.0;
-        self.predict();
     }
 
     /// `lost` samples never came: time went on without them.
@@ -292,14 +389,14 @@ impl Idle {
             let turn = f64::from(angle(&self.mains_turn, &self.mains_offset, index));
             let turns = turn * groups / core::f64::consts::TAU;
             let phase = (turns - libm::floor(turns)) as f32 * TAU;
-            let (sine, cosine) = (libm::sinf(phase), libm::cosf(phase));
+            let (sine, cosine) = sin_cos(phase);
             (tone.cosine, tone.sine) =
                 (tone.cosine * cosine - tone.sine * sine, tone.sine * cosine + tone.cosine * sine);
         }
-        self.predict();
+        self.predict::<false>();
     }
 
-    /// The idle signal around now. `next_index` is the number of the sample that comes next.
+    /// The idle signal around now, without the rest. `next_index` is the number of the sample that comes next.
     #[must_use]
     pub fn baseline(&self, next_index: u64) -> Baseline {
         let origin = next_index.saturating_sub(u64::from(self.in_group));
@@ -310,7 +407,7 @@ impl Idle {
         for (index, (tone, known)) in self.tones.iter().zip(&mut tones).enumerate() {
             let radians_per_sample = angle(&self.mains_turn, &self.mains_offset, index) * per_sample;
             // Phase at the origin: (cosine, sine) turned back; in_phase·cos(φ₀+ωn) + quadrature·sin(φ₀+ωn).
-            let (s, c) = (libm::sinf(radians_per_sample * back), libm::cosf(radians_per_sample * back));
+            let (s, c) = sin_cos(radians_per_sample * back);
             let (cosine, sine) = (tone.cosine * c - tone.sine * s, tone.sine * c + tone.cosine * s);
             *known = BaselineTone {
                 in_phase: tone.in_phase * cosine + tone.quadrature * sine,
@@ -318,7 +415,8 @@ impl Idle {
                 radians_per_sample,
             };
         }
-        Baseline { origin, zero: self.zero + self.slope * per_sample * back, slope: self.slope * per_sample, tones }
+        let zero = self.zero - self.rest + self.slope * per_sample * back;
+        Baseline { origin, zero, slope: self.slope * per_sample, tones }
     }
 
     fn end_group(&mut self, threshold: f32) -> bool {
@@ -342,20 +440,20 @@ impl Idle {
     fn next_group(&mut self) {
         self.in_group = 0;
         self.zero += self.slope;
-        for tone in &mut self.tones {
-            tone.turn();
-        }
-        self.predict();
+        self.predict::<true>();
     }
 
-    /// Sets the prediction for the group whose centre the oscillators stand at: value and slope at its centre.
-    fn predict(&mut self) {
+    /// Sets the prediction for the group whose centre the oscillators stand at: value and slope at its centre. With `TURN` they
+    /// are first turned by a group.
+    fn predict<const TURN: bool>(&mut self) {
         let mut centre = self.zero;
         let mut rise = self.slope;
-        for (index, tone) in self.tones.iter().enumerate() {
+        for tone in &mut self.tones {
+            if TURN {
+                tone.turn();
+            }
             centre += tone.value();
-            rise += (tone.quadrature * tone.cosine - tone.in_phase * tone.sine)
-                * angle(&self.mains_turn, &self.mains_offset, index);
+            rise += (tone.quadrature * tone.cosine - tone.in_phase * tone.sine) * tone.turn;
         }
         self.step = rise / self.group_length as f32;
         self.prediction = centre - self.step * (self.group_length as f32 - 1.0) / 2.0;
@@ -411,30 +509,57 @@ impl Idle {
     }
 
     fn learn_zero(&mut self, mean: f32, threshold: f32) {
-        if self.settled() && mean < -threshold {
+        let groups = self.groups_per_block as f32;
+        let free = !self.settled() || self.zero_blocks < RESETTLE_BLOCKS;
+        let leaving = self.leaves(mean, threshold);
+        if leaving || (!free && mean < -threshold) {
             self.jump(mean);
+            if leaving {
+                self.rest += mean;
+            }
             return;
         }
         self.zero_blocks = self.zero_blocks.saturating_add(1).min(MEMORY_BLOCKS);
         let (gain, rate_gain) = line_gains(self.zero_blocks);
-        let rate_gain = if self.zero_blocks == 1 { 0.0 } else { rate_gain };
+        // What a rest moves by in these first blocks is no drift that would go on.
+        let rest_moves = free && self.rest != 0.0;
+        let rate_gain = if self.zero_blocks == 1 || rest_moves { 0.0 } else { rate_gain };
+        let slope_limit = ZERO_RATE_LIMIT * BLOCK / groups;
         let mut move_by = gain * mean;
-        if self.settled() {
+        if !free {
             move_by = move_by.clamp(-ZERO_RATE_LIMIT * BLOCK, ZERO_RATE_LIMIT * BLOCK);
         }
-        let groups = self.groups_per_block as f32;
-        let slope_limit = ZERO_RATE_LIMIT * BLOCK / groups;
+        let back = if self.rest > 0.0 { -self.slope } else { self.slope };
+        if self.rest != 0.0 && free {
+            // The slope is the drift that was known before.
+            self.move_rest(move_by, threshold);
+        } else if self.rest != 0.0 && back >= slope_limit {
+            self.move_rest(self.slope * groups + move_by, threshold);
+        }
         self.zero += move_by;
         let slope = self.slope + rate_gain * mean.max(-threshold).min(threshold) / groups;
-        self.slope = if self.settled() { slope.max(-slope_limit).min(slope_limit) } else { slope };
+        self.slope = if free { slope } else { slope.max(-slope_limit).min(slope_limit) };
+    }
+
+    /// Whether a block with this mean has gone back from the rest towards the true zero.
+    fn leaves(&self, mean: f32, threshold: f32) -> bool {
+        let least = LEAVING * threshold;
+        self.settled() && ((self.rest > 0.0 && mean < -least) || (self.rest < 0.0 && mean > least))
+    }
+
+    /// The zero has moved by so much because the rest has. What is left of it below half the threshold, once the zero stands, is none.
+    fn move_rest(&mut self, by: f32, threshold: f32) {
+        let moved = self.rest + by;
+        let stands = self.zero_blocks >= RESETTLE_BLOCKS && self.settle_left <= 1;
+        let none = stands && (moved.abs() <= 0.5 * threshold || (moved > 0.0) != (self.rest > 0.0));
+        self.rest = if none { 0.0 } else { moved };
     }
 
     /// Sets the oscillators' rotations from the mains frequencies.
     fn retune(&mut self) {
         for (index, tone) in self.tones.iter_mut().enumerate() {
-            let turn = angle(&self.mains_turn, &self.mains_offset, index);
-            tone.turn_cosine = libm::cosf(turn);
-            tone.turn_sine = libm::sinf(turn);
+            tone.turn = angle(&self.mains_turn, &self.mains_offset, index);
+            (tone.turn_sine, tone.turn_cosine) = sin_cos(tone.turn);
             tone.normalise();
         }
     }

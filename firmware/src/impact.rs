@@ -11,7 +11,7 @@
 
 use heapless::Vec;
 
-use crate::capture::Curve;
+use crate::capture::{Curve, OVERLAP};
 use crate::configuration::FilterProfile;
 use crate::detector::{ImpactContext, TRANSIENT_WINDOW};
 use crate::event::{Event, Flags};
@@ -22,6 +22,7 @@ use crate::units::{Newton, NewtonSecond, SampleInstant, Second};
 use self::contacts::{Contact, Contacts};
 use self::flank::{Direction, Flank};
 use self::force::Force;
+use self::rests::Rests;
 
 mod arc;
 mod contacts;
@@ -30,6 +31,7 @@ mod force;
 mod impulse;
 mod least_squares;
 mod peak;
+mod rests;
 mod ring;
 mod stretch;
 mod two_bodies;
@@ -64,8 +66,11 @@ pub fn evaluate(curve: &impl Curve, context: &ImpactContext, first_number: u32) 
     }
     let window = (TRANSIENT_WINDOW.0 * rate.0) as usize;
     // The limited mean of the onset sees a force up to eight samples late, a slow one passes 2 ms later into the contacts' mean.
-    let from = noticed.saturating_sub((0.002 * rate.0) as usize);
-    let mut contacts = Contacts::find(&force, from, context.onset.threshold.0, rate, window);
+    // One that began before the impact before it was closed was noticed at once when it was, and may be as old as that curve's end.
+    let at_once = noticed <= OVERLAP + 2 * crate::onset::WINDOW;
+    let from = if at_once { 0 } else { noticed.saturating_sub((0.002 * rate.0) as usize) };
+    let rests = Rests::find(&force, from, context);
+    let mut contacts = Contacts::find(&force, from, context.onset.threshold.0, rate, window, &rests);
     if contacts.found.is_empty() {
         let _ = contacts.found.push(brief(context, noticed));
     }
@@ -76,6 +81,7 @@ pub fn evaluate(curve: &impl Curve, context: &ImpactContext, first_number: u32) 
         let last = index + 1 == count;
         let mut flags = context.flags;
         flags.set(Flags::REBOUND, index > 0);
+        flags.set(Flags::REST, raw.on_rest);
         flags.set(Flags::HELD, last && context.flags.contains(Flags::HELD));
         flags.set(Flags::TRUNCATED, last && (context.flags.contains(Flags::TRUNCATED) || contacts.further > 0));
         let event = judge(context, curve.first_index(), raw, &filtered, index, flags, first_number);
@@ -91,6 +97,8 @@ struct Raw {
     end: f32,
     /// Whether the contact goes on after the end of the curve.
     goes_on: bool,
+    /// Whether it began on a rest or left one.
+    on_rest: bool,
     peak: peak::Peak,
     /// N·samples.
     impulse: f32,
@@ -106,25 +114,28 @@ fn measure<C: Curve>(force: &Force<'_, C>, context: &ImpactContext, found: &[Con
         let before = measured.last().map_or(0, |raw| libm::ceilf(raw.end).max(0.0) as usize);
         let after = found.get(index + 1).map_or(force.len(), |next| next.start);
         let contact = &contact.without_precursors(force, group);
-        let level = contact.threshold.min(0.5 * peak.force);
-        let (first, last) = edges(force, contact, level, group);
-        let flank = |direction, inside: usize, reach: usize| {
+        let (first, last) = edges(force, contact, peak.force, group);
+        let flank = |direction, inside: usize, reach: usize, peak_force: f32| {
             let to_peak = (peak.position - inside as f32).abs();
             let to_end = last.saturating_sub(first);
-            Flank { direction, inside, to_peak, to_end, reach, peak: peak.force, noise, rate: rate.0 }
+            Flank { direction, inside, to_peak, to_end, reach, peak: peak_force, noise, rate: rate.0 }
         };
         let reach = first.saturating_sub(before).min(reach(contact, rate.0));
-        let begin = flank(Direction::Begin, first, reach).instant(force).position;
+        // A flank begins and ends at the rest that stands there.
+        let rising = flank(Direction::Begin, first, reach, peak.force - contact.before);
+        let begin = rising.instant(&force.above(contact.before)).position;
         let goes_on = contact.outlasts_curve;
         let end = if goes_on {
             force.len().saturating_sub(1) as f32
         } else {
             let reach = after.saturating_sub(last).min(self::reach(contact, rate.0));
-            flank(Direction::End, last, reach).instant(force).position
+            let falling = flank(Direction::End, last, reach, peak.force - contact.after);
+            falling.instant(&force.above(contact.after)).position
         };
         let end = end.max(begin);
-        let impulse = impulse::between(force, begin, end);
-        let _ = measured.push(Raw { begin, end, goes_on, peak, impulse });
+        let impulse = impulse::between(force, begin, end, (contact.before, contact.after));
+        let on_rest = contact.before != 0.0 || contact.after != 0.0;
+        let _ = measured.push(Raw { begin, end, goes_on, on_rest, peak, impulse });
     }
     measured
 }
@@ -134,17 +145,20 @@ fn reach(contact: &Contact, rate: f32) -> usize {
     (contact.end - contact.start).clamp(8, ((0.02 * rate) as usize).max(8))
 }
 
-/// First and last sample above the level, to a sample, in a contact whose edges are known to a group.
-fn edges<C: Curve>(force: &Force<'_, C>, contact: &Contact, level: f32, group: usize) -> (usize, usize) {
+/// First and last sample above the threshold, to a sample, in a contact whose edges are known to a group. The threshold stands
+/// on the rest at that edge, and at most halfway to the peak.
+fn edges<C: Curve>(force: &Force<'_, C>, contact: &Contact, peak: f32, group: usize) -> (usize, usize) {
+    let level = |rest: f32| rest + contact.threshold.min(0.5 * (peak - rest));
+    let (before, after) = (level(contact.before), level(contact.after));
     let mut first = None;
     force.for_each(contact.start.saturating_sub(group), contact.start + 2 * group, |at, x| {
-        if x > level && first.is_none() {
+        if x > before && first.is_none() {
             first = Some(at);
         }
     });
     let mut last = None;
     force.for_each(contact.end.saturating_sub(2 * group), contact.end + group, |at, x| {
-        if x > level {
+        if x > after {
             last = Some(at);
         }
     });
@@ -160,6 +174,8 @@ fn brief(context: &ImpactContext, noticed: usize) -> Contact {
         highest_at: noticed.saturating_sub(crate::onset::WINDOW / 2),
         highest: context.onset.force.0,
         threshold: context.onset.threshold.0,
+        before: context.rest_before.0,
+        after: context.rest_after.0,
         outlasts_curve: false,
     }
 }
@@ -172,15 +188,20 @@ struct Filtered {
     transient: f32,
     /// After it, as far as the curve goes.
     later: f32,
+    /// Where it ends.
+    window_end: usize,
 }
 
 fn filter<C: Curve>(force: &Force<'_, C>, context: &ImpactContext, measured: &[Raw], window: usize) -> Filtered {
     let configuration = &context.configuration.configuration;
-    let mut filtered =
-        Filtered { contacts: [f32::NEG_INFINITY; CONTACTS], transient: f32::NEG_INFINITY, later: f32::NEG_INFINITY };
-    let Some(first) = measured.first() else { return filtered };
-    let begin = first.begin.max(0.0) as usize;
+    let begin = measured.first().map_or(0, |first| first.begin.max(0.0) as usize);
     let window_end = begin + window;
+    let mut filtered = Filtered {
+        contacts: [f32::NEG_INFINITY; CONTACTS],
+        transient: f32::NEG_INFINITY,
+        later: f32::NEG_INFINITY,
+        window_end,
+    };
     // A contact's stretch reaches to the middle of the pauses beside it.
     let mut until = [usize::MAX; CONTACTS];
     for (index, pair) in measured.windows(2).enumerate() {
@@ -248,7 +269,9 @@ fn judge(
         effective_mass: context.effective_mass,
     };
     let mut flags = flags;
-    flags.set(Flags::SHORT_PULSE, peak.0 < (1.0 - SHORT_PULSE) * raw.peak.force);
+    // A force that still rises when the window ends is no pulse.
+    let within = raw.peak.position < filtered.window_end as f32;
+    flags.set(Flags::SHORT_PULSE, within && peak.0 < (1.0 - SHORT_PULSE) * raw.peak.force);
     let (severity, flags) = severity::judge(&measured, configuration, flags);
     Event {
         number: first_number.wrapping_add(index as u32),

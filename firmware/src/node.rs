@@ -428,7 +428,7 @@ mod tests {
     const SERIAL: u32 = 0x0102_0304;
 
     fn node() -> (CanOpenNode<64>, &'static Shared<64>) {
-        let identity = Identity { serial: SERIAL, hardware_revision: 1, reset_cause: ResetCause::Watchdog };
+        let identity = Identity { serial: SERIAL, hardware_revision: 1, build: 0, reset_cause: ResetCause::Watchdog };
         let captures = Box::leak(Box::new(Captures::new()));
         let shared = Box::leak(Box::new(Shared::new(identity, Loaded::Unreadable, captures)));
         (CanOpenNode::new(shared, Box::leak(Box::new(NodeMemory::new()))), shared)

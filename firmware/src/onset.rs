@@ -25,12 +25,28 @@ pub const WINDOW: usize = 8;
 /// Samples are limited to this many levels.
 const LIMIT: f32 = 3.0;
 
+/// A sample limited to ±`limit`. By comparisons: `f32::clamp` also asks whether a limit is a number, four instructions each
+/// time, and links the formatting of its panic.
+#[inline]
+#[must_use]
+pub fn limited(sample: f32, limit: f32) -> f32 {
+    if sample > limit {
+        limit
+    } else if sample < -limit {
+        -limit
+    } else {
+        sample
+    }
+}
+
 /// The limited mean.
 #[derive(Clone, Debug)]
 pub struct OnsetDetector {
     samples: [f32; WINDOW],
     next: usize,
     sum: f32,
+    /// Sum of the samples since the window was last begun anew.
+    fresh: f32,
     threshold: f32,
     sum_level: f32,
     limit: f32,
@@ -44,6 +60,7 @@ impl OnsetDetector {
             samples: [0.0; WINDOW],
             next: 0,
             sum: 0.0,
+            fresh: 0.0,
             threshold: f32::INFINITY,
             sum_level: f32::INFINITY,
             limit: f32::INFINITY,
@@ -55,6 +72,7 @@ impl OnsetDetector {
         self.samples = [0.0; WINDOW];
         self.next = 0;
         self.sum = 0.0;
+        self.fresh = 0.0;
     }
 
     /// Sets the threshold T from the noise of a sample and of the mean of eight (root mean square, N).
@@ -84,6 +102,13 @@ impl OnsetDetector {
         self.limit
     }
 
+    /// The same, or `other` where that is less.
+    #[inline]
+    #[must_use]
+    pub fn limit_below(&self, other: f32) -> f32 {
+        if self.limit < other { self.limit } else { other }
+    }
+
     /// Mean of the last eight samples, limited, N.
     #[must_use]
     pub fn mean(&self) -> f32 {
@@ -93,14 +118,15 @@ impl OnsetDetector {
     /// Takes a sample that is already limited to ±[`Self::limit`]; true when the mean is above the level.
     #[inline]
     pub fn push(&mut self, limited: f32) -> bool {
-        let slot = &mut self.samples[self.next];
+        let slot = &mut self.samples[self.next % WINDOW];
         self.sum += limited - *slot;
+        self.fresh += limited;
         *slot = limited;
-        self.next += 1;
-        if self.next == WINDOW {
-            self.next = 0;
+        self.next = (self.next + 1) % WINDOW;
+        if self.next == 0 {
             // The running sum would gather rounding errors for ever.
-            self.sum = self.samples.iter().sum();
+            self.sum = self.fresh;
+            self.fresh = 0.0;
         }
         self.sum > self.sum_level
     }

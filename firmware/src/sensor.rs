@@ -31,6 +31,11 @@ impl<const N: usize> Sensor<N> {
         self.detector.push(codes, info, &self.captures)
     }
 
+    /// The same into a list; see [`Detector::push_into`].
+    pub fn push_into(&mut self, codes: &[AdcCode], info: &BlockInfo, signals: &mut Signals) {
+        self.detector.push_into(codes, info, &self.captures, signals);
+    }
+
     /// Samples were lost; see [`Detector::overrun`].
     pub fn overrun(&mut self, overrun: Overrun) -> Signals {
         self.detector.overrun(overrun)

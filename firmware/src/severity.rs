@@ -241,7 +241,7 @@ mod tests {
 
         #[test]
         fn nothing_void_and_no_skull_or_face_ever_passes(
-            bits in 0u16..(1 << 12), region in 1u8..=12, profile in 0u8..3, clamped: bool,
+            bits in 0u16..(1 << 13), region in 1u8..=12, profile in 0u8..3, clamped: bool,
             force in 0.0f32..1000.0, held in 0.0f32..20.0, quasi_static in proptest::option::of(0.0f32..500.0),
         ) {
             let region = Region::from_number(region).unwrap();

@@ -41,6 +41,7 @@ type Lock<T> = Mutex<CriticalSectionRawMutex, T>;
 
 /// What has been lost since power-up, beside what the outbox and the log count; object 0x2400.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub struct Counters {
     /// Gaps in the samples.
     pub overruns: u32,

@@ -152,6 +152,226 @@ fn a_short_time_constant_gives_no_quasi_static_verdict() {
     assert_eq!((event.severity.quasi_static, event.severity.verdict), (None, Verdict::Inconclusive));
 }
 
+/// A blow of 200 N at each instant, after each of which friction holds a rest: the springs push either more than that or just that.
+fn blows_with_rest(at: Vec<f64>, rest: f64) -> impl Fn(f64) -> f64 {
+    move |t| {
+        let blow: f64 = at.iter().map(|at| blow(*at)(t)).fold(0.0, f64::max);
+        // Behind the top of the first blow the rest is the least.
+        if t > at[0] + 0.015 { blow.max(rest) } else { blow }
+    }
+}
+
+/// Contact, peak, separation and impulse of a blow of 200 N that rises from the one rest and comes back to the other.
+fn assert_blow(event: &Event, at: f64, (before, after): (f64, f64)) {
+    let pulse = HalfSine::of_duration(200.0, 0.03);
+    let reaches = |rest: f64| (rest / 200.0).asin() / pulse.omega;
+    let contact = event.contact_instant.seconds(Hertz(RATE as f32));
+    let (begins, ends) = (at + reaches(before), at + 0.03 - reaches(after));
+    assert!((contact - begins).abs() < 50e-6, "contact at {contact} s, truly {begins} s");
+    let separation = contact + f64::from(event.duration.0);
+    assert!((separation - ends).abs() < 100e-6, "separation at {separation} s, truly {ends} s");
+    assert!((event.raw_peak.0 - 200.0).abs() < 0.5, "{} N", event.raw_peak.0);
+    assert!((event.peak.0 - 200.0).abs() < 0.5, "{} N", event.peak.0);
+    let impulse = f64::from(event.impulse.0) / pulse.impulse();
+    assert!((impulse - 1.0).abs() < 0.01, "{impulse} of the impulse");
+    let expected = if before > 0.0 || after > 0.0 { Flags::REST } else { Flags::empty() };
+    assert_eq!(event.flags - Flags::REBOUND, expected, "blow at {at} s");
+    assert_eq!(event.severity.verdict, Verdict::Pass);
+}
+
+#[test]
+fn what_friction_holds_after_a_blow_is_no_contact() {
+    for rest in [1.2, 4.0, 9.5] {
+        let mut bench = settled(configuration(RATE));
+        bench.run(0.72, &QUIET, blows_with_rest(vec![1.2], rest));
+        assert!(!bench.sensor.impact_open(), "{rest} N: over 0.5 s after the contact");
+        assert!(bench.sensor.settled(), "{rest} N: and ready to judge");
+        assert_blow(&one(&bench), 1.2, (0.0, rest));
+        assert!((f64::from(bench.contexts[0].rest_after.0) - rest).abs() < 0.1, "{:?}", bench.contexts[0].rest_after);
+        // Minutes with hum and drift on that rest, and it is still known.
+        let drifting = Disturbance { hum_amplitude: 0.5, hum_hertz: 50.1, drift: 0.014, ..QUIET };
+        let began = bench.next as f64 / RATE;
+        let disturbance = Disturbance { offset: -drifting.drift * began, ..drifting };
+        bench.run(180.0, &disturbance, |_| rest);
+        assert_eq!(bench.onsets.len(), 1, "{rest} N: {:?}", bench.onsets);
+        let next = bench.next as f64 / RATE + 0.3;
+        bench.run(1.2, &disturbance, |t| blow(next)(t).max(rest));
+        assert_blow(&bench.events[1], next, (rest, rest));
+    }
+}
+
+/// Within the transient window of the first, right where it ends, and after it.
+#[test]
+fn blows_on_a_rest_are_events_of_their_own() {
+    for pause in [0.12, 0.3, 0.499, 0.5, 0.5005, 0.51, 0.6, 0.9, 1.0] {
+        for rest in [0.0, 4.0] {
+            let at: Vec<f64> = (0..5).map(|number| 1.2 + pause * f64::from(number)).collect();
+            let mut bench = settled(configuration(RATE));
+            bench.run(0.8 + 5.0 * pause, &QUIET, blows_with_rest(at.clone(), rest));
+            assert_eq!(bench.events.len(), 5, "{pause} s, {rest} N: {:#?}", bench.events);
+            let mut first = 0.0;
+            for (index, (event, at)) in bench.events.iter().zip(at).enumerate() {
+                let before = if index == 0 { 0.0 } else { rest };
+                if event.contact == 0 {
+                    first = at;
+                }
+                // What lasts beyond the transient window is held, and judged so.
+                if at + 0.03 > first + 0.5 && event.contact > 0 {
+                    assert!(event.flags.contains(Flags::HELD), "{pause} s, {rest} N, blow {index}");
+                    assert!((event.raw_peak.0 - 200.0).abs() < 0.5);
+                } else {
+                    assert_blow(event, at, (before, rest));
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_weak_blow_on_a_rest_comes_back_to_it() {
+    let mut bench = settled(configuration(RATE));
+    let tap = |t: f64| 4.0 + HalfSine::of_duration(3.0, 0.03).at(t - 2.4);
+    bench.run(2.5, &QUIET, |t| if t > 1.215 { tap(t).max(blow(1.2)(t)) } else { blow(1.2)(t) });
+    assert_eq!(bench.events.len(), 2, "{:?}", bench.events);
+    assert!((bench.events[1].raw_peak.0 - 7.0).abs() < 0.5, "{}", bench.events[1].raw_peak.0);
+    assert!(!bench.sensor.impact_open());
+}
+
+/// Friction may hold the piece on either side of where it would rest without.
+#[test]
+fn a_rest_that_pulls_is_one_too() {
+    let mut bench = settled(configuration(RATE));
+    let force = |t: f64| if t > 1.23 { -4.0 } else { blow(1.2)(t) };
+    bench.run(1.5, &QUIET, force);
+    bench.run(1.0, &QUIET, |t| -4.0 + HalfSine::of_duration(204.0, 0.03).at(t - 2.8));
+    assert_eq!(bench.events.len(), 2, "{:?}", bench.events);
+    assert!((bench.events[1].raw_peak.0 - 200.0).abs() < 0.5, "{}", bench.events[1].raw_peak.0);
+    assert!((bench.events[1].contact_instant.seconds(Hertz(RATE as f32)) - 2.8).abs() < 50e-6);
+    // It leaves: a rise by 4 N that is no onset, because it ends at no force.
+    bench.run(1.0, &QUIET, |t| if t > 4.0 { 0.0 } else { -4.0 });
+    bench.run(2.0, &QUIET, |t| if t > 4.0 { 0.0 } else { -4.0 });
+    assert_eq!(bench.onsets.len(), 2, "{:?}", bench.onsets);
+    bench.run(1.0, &QUIET, blow(6.8));
+    assert_blow(&bench.events[2], 6.8, (0.0, 0.0));
+}
+
+#[test]
+fn a_rest_that_leaves_raises_no_onset_and_the_true_zero_is_back() {
+    // Taken back at once, within 0.2 s, and slowly; soon after the blow and later.
+    for (leaves, over) in [(1.75, 0.001), (2.5, 0.001), (2.5, 0.2), (2.5, 2.0), (1.9, 1.0)] {
+        let rest = move |t: f64| 4.0 * (1.0 - (t - leaves) / over).clamp(0.0, 1.0);
+        let mut bench = settled(configuration(RATE));
+        bench.run(5.0, &QUIET, |t| if t > 1.215 { blow(1.2)(t).max(rest(t)) } else { blow(1.2)(t) });
+        assert_eq!(bench.onsets.len(), 1, "{leaves} s, over {over} s: {:?}", bench.onsets);
+        bench.run(1.0, &QUIET, blow(6.3));
+        let event = bench.events[1];
+        println!("leaves at {leaves} over {over}: {} N {:?}", event.raw_peak.0, event.flags);
+        assert!((event.raw_peak.0 - 200.0).abs() < 1.0, "{leaves} s, over {over} s: {} N", event.raw_peak.0);
+        assert!(!event.flags.intersects(Flags::VOID), "{:?}", event.flags);
+        if over < 0.5 {
+            assert_blow(&event, 6.3, (0.0, 0.0));
+        }
+    }
+}
+
+#[test]
+fn a_piece_that_swings_on_a_rest_is_no_rebound() {
+    for (newton, decay) in [(40.0, 0.14), (20.0, 0.05), (60.0, 0.1)] {
+        let mut bench = settled(configuration(RATE));
+        let swing = |u: f64| -newton * (-u / decay).exp() * (std::f64::consts::TAU * 56.0 * u).sin();
+        let force = |t: f64| if t > 1.2294 { 4.0 + swing(t - 1.2294) } else { blow(1.2)(t) };
+        bench.run(2.5, &QUIET, force);
+        let event = one(&bench);
+        assert!((event.raw_peak.0 - 200.0).abs() < 1.0);
+        assert!(event.flags.contains(Flags::REST), "{:?}", event.flags);
+        assert_eq!(bench.onsets.len(), 1, "{newton} N: {:?}", bench.onsets);
+        bench.run(1.0, &QUIET, |t| blow(3.8)(t).max(4.0));
+        assert_blow(&bench.events[1], 3.8, (4.0, 4.0));
+    }
+}
+
+#[test]
+fn hum_does_not_hide_a_rest() {
+    for hum_hertz in [49.9, 50.0, 60.1] {
+        let humming = Disturbance { hum_amplitude: 1.0, hum_hertz, ..QUIET };
+        let mut bench = Usual::new(configuration(RATE), 3);
+        bench.run(2.0, &humming, |_| 0.0);
+        let at: Vec<f64> = (0..4).map(|number| 2.2 + 0.8 * f64::from(number)).collect();
+        bench.run(4.0, &humming, blows_with_rest(at.clone(), 4.0));
+        assert_eq!(bench.events.len(), 4, "{hum_hertz} Hz: {:?}", bench.events);
+        for (index, (event, at)) in bench.events.iter().zip(at).enumerate() {
+            assert_blow(event, at, (if index == 0 { 0.0 } else { 4.0 }, 4.0));
+        }
+        assert_eq!(bench.onsets.len(), 4);
+    }
+}
+
+/// A rest must not hide what a robot does next: a slow push from it is an impact with all of its force.
+#[test]
+fn a_slow_push_from_a_rest_is_an_impact_with_its_quasi_static_force() {
+    let mut bench = settled(Configuration { contact: ContactKind::Clamped, ..configuration(RATE) });
+    let push = |t: f64| if (2.3..6.0).contains(&t) { (150.0 * (t - 2.3)).clamp(4.0, 150.0) } else { 4.0 };
+    bench.run(7.0, &QUIET, |t| if t > 1.215 { blow(1.2)(t).max(push(t)) } else { blow(1.2)(t) });
+    assert_eq!(bench.events.len(), 2, "{:?}", bench.events);
+    let event = bench.events[1];
+    assert_eq!(event.flags, Flags::HELD | Flags::REST);
+    assert!((event.severity.quasi_static.unwrap().0 - 150.0).abs() < 0.5, "{:?}", event.severity.quasi_static);
+    assert_eq!(event.severity.verdict, Verdict::Fail, "150 N are more than a chest bears for long");
+    let impulse = 75.0 + 150.0 * 2.7;
+    assert!((f64::from(event.impulse.0) / impulse - 1.0).abs() < 0.01, "{} N·s of {impulse}", event.impulse.0);
+    assert!((event.duration.0 - 3.7).abs() < 0.05, "{}", event.duration.0);
+    assert!(!bench.sensor.impact_open(), "over soon after the push");
+}
+
+/// Slowly enough to be taken for a rest at first: it becomes an onset as soon as it has grown by the threshold.
+#[test]
+fn a_force_that_grows_after_a_blow_is_not_hidden() {
+    for (newton_per_second, most) in [(3.0, 25.0), (8.0, 60.0), (20.0, 60.0)] {
+        let mut bench = settled(Configuration { contact: ContactKind::Clamped, ..configuration(RATE) });
+        let grows = |t: f64| (newton_per_second * (t - 1.25)).clamp(0.0, most);
+        bench.run(most / newton_per_second + 1.5, &QUIET, |t| blow(1.2)(t) + grows(t));
+        bench.run(1.5, &QUIET, |_| 0.0);
+        let held: Vec<_> = bench.events.iter().filter(|event| event.flags.contains(Flags::HELD)).collect();
+        let [event] = held[..] else { panic!("{newton_per_second} N/s: {:?}", bench.events) };
+        let quasi_static = f64::from(event.severity.quasi_static.unwrap().0);
+        // Before it is an onset it may be taken for a drift, at the limit of what is followed.
+        let drift = f64::from(thud_firmware::idle::ZERO_RATE_LIMIT) * f64::from(event.duration.0);
+        assert!((quasi_static - most).abs() < 0.7 + drift, "{newton_per_second} N/s: {quasi_static} N of {most} N");
+    }
+}
+
+/// What a robot goes on pressing with is no rest, even where it swings in between.
+#[test]
+fn a_clamp_stays_an_open_impact() {
+    for newtons in [11.0, 25.0, 100.0] {
+        let mut bench = settled(Configuration { contact: ContactKind::Clamped, ..configuration(RATE) });
+        let press = |t: f64| -> f64 { if (1.22..4.0).contains(&t) { newtons } else { 0.0 } };
+        bench.run(2.0, &QUIET, |t| press(t).max(blow(1.2)(t)));
+        assert!(bench.sensor.impact_open(), "{newtons} N");
+        bench.run(2.0, &QUIET, |t| press(t).max(blow(1.2)(t)));
+        let event = one(&bench);
+        assert_eq!(event.flags, Flags::HELD);
+        assert!((f64::from(event.severity.quasi_static.unwrap().0) - newtons).abs() < 0.3);
+    }
+}
+
+#[test]
+fn what_leans_and_leaves_a_rest_re_arms() {
+    let mut bench = settled(configuration(RATE));
+    bench.run(14.0, &QUIET, |t| {
+        if (2.0..13.5).contains(&t) {
+            50.0
+        } else if t > 2.0 {
+            4.0
+        } else {
+            0.0
+        }
+    });
+    bench.run(2.0, &QUIET, |t| blow(15.2)(t).max(4.0));
+    assert_eq!(bench.onsets.len(), 2);
+    assert_blow(&bench.events[1], 15.2, (4.0, 4.0));
+}
+
 #[test]
 fn what_leans_on_the_sensor_is_one_truncated_impact_and_then_a_new_zero() {
     let mut bench = settled(configuration(RATE));

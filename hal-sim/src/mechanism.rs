@@ -11,35 +11,47 @@
 //!
 //! | site | door | mechanisms |
 //! |---|---|---|
-//! | pad | [`ForceLaw`](crate::rig::ForceLaw) on `assembly.pad`: force from depth, rate and states of its own; a knot where its form changes | `hunt-crossley-damping`, `viscous-damping`, `rate-stiffening` and `air-damping` (depend on the rate; the latter with a laminar part, since a massless piece cannot be balanced by a drag that vanishes with the square of its rate), `pad-relaxation` (a state: the strain of the viscous branch), `hardening` (elastic), `adhesion` (a law that holds at negative depth until `Element::pull_off_n` is passed), `clearance` (a knot: no force below the gap) |
-//! | pad, spring | `stiffness_n_per_m` of the element, changed once with the approach's order number in hand | `mullins-softening`, spring repeatability, a wrong spring |
-//! | spring | `ForceLaw` on `assembly.spring`, with a knot | `end-stop` |
-//! | guide | numbers of [`Guide`](crate::rig::Guide): Coulomb level, static ratio, load coefficient, share through the cell | `guide-friction`, `stiction`, `load-dependent-friction` |
-//! | piece, base | a body: `assembly.piece`; a frame is a second body below the spring | `moving-piece-inertia`, `frame-compliance` |
-//! | robot | `assembly.joint` splits the robot's mass in tip and link | `joint-elasticity`, `force-ceiling` (the joint's force saturates) |
+//! | pad | [`ForceLaw`](crate::rig::ForceLaw) on `assembly.contact_laws`: force from depth, rate and states of its own; a knot where its form changes | `hunt-crossley-damping`, `viscous-damping` (depend on the rate), `pad-relaxation` (a state: the strain of the viscous branch), `hardening` (elastic) |
+//! | pad, spring | `stiffness_n_per_m` of the element, changed once with the approach's speed and order number in hand | `rate-stiffening`, `mullins-softening`, spring repeatability, a wrong spring |
+//! | contact | `pull_off_n` of the element that the robot touches: it holds at negative depth until then | `adhesion` |
+//! | spring | `ForceLaw` on `assembly.spring`, with a knot | `end-stop`, `clearance` (a part bears only beyond a gap) |
+//! | guide | numbers of [`Guide`](crate::rig::Guide): Coulomb level, static ratio, load coefficient, share through the cell, drag of the air | `guide-friction`, `stiction`, `load-dependent-friction`, `air-damping` |
+//! | piece, base | a body: `assembly.piece`; `assembly.frame`, a second body below the springs | `moving-piece-inertia`, `frame-compliance` |
+//! | robot | `assembly.joint` splits the robot's mass in tip and link; `assembly.ceiling` lets them slip; `assembly.sway` accelerates all of it | `joint-elasticity`, `force-ceiling`, `link-oscillation` |
 //! | drive | [`Drive`](crate::rig::Drive): force on the robot from time since contact, position, velocity, and time since a trigger (a force passed for a delay) | `robot-push`, `collision-reaction`, `air-drag` |
-//! | initial condition | `assembly.approach`, changed before the motion begins: speed, mass by configuration, order | `speed-error`, `pose-dependent-mass`, `link-oscillation` (speed at contact as function of order or phase) |
-//! | chain | [`Stage`](crate::rig::Stage): works on the sampled signal, in order | `piezo-discharge`, `charge-drift`, `clipping`, `filter-lag`, `mains-hum`, `gain-error`, `lost-samples` (sets samples to NaN) |
+//! | initial condition | `assembly.approach`, changed before anything else enters: speed, mass by configuration | `speed-error`, `pose-dependent-mass` |
+//! | chain | [`Stage`](crate::rig::Stage): works on the sampled signal, in order | `piezo-discharge`, `charge-drift`, `clipping`, `filter-lag`, `mains-hum`, `gain-error`, `lost-samples` (later samples come early) |
 //!
 //! A new site (say, a second robot joint) is a change of the assembly; a new mechanism at a known site is not.
 
+mod adhesion;
+mod air_damping;
 mod air_drag;
 mod charge_drift;
+mod clearance;
 mod clipping;
 mod collision_reaction;
 mod effect;
 mod end_stop;
+mod filter_lag;
+mod force_ceiling;
+mod frame_compliance;
 mod gain_error;
 mod guide_friction;
 mod hardening;
 mod hunt_crossley_damping;
 mod joint_elasticity;
+mod link_oscillation;
 mod load_dependent_friction;
+mod lost_samples;
 mod mains_hum;
 mod moving_piece_inertia;
+mod mullins_softening;
 mod pad_relaxation;
 mod parameter;
 mod piezo_discharge;
+mod pose_dependent_mass;
+mod rate_stiffening;
 mod robot_push;
 mod speed_error;
 mod stiction;
@@ -55,21 +67,32 @@ pub static LIST: &[&Mechanism] = &[
     &hunt_crossley_damping::MECHANISM,
     &viscous_damping::MECHANISM,
     &pad_relaxation::MECHANISM,
+    &rate_stiffening::MECHANISM,
+    &mullins_softening::MECHANISM,
     &hardening::MECHANISM,
     &end_stop::MECHANISM,
+    &clearance::MECHANISM,
+    &adhesion::MECHANISM,
+    &air_damping::MECHANISM,
     &guide_friction::MECHANISM,
     &load_dependent_friction::MECHANISM,
     &stiction::MECHANISM,
     &moving_piece_inertia::MECHANISM,
+    &frame_compliance::MECHANISM,
     &joint_elasticity::MECHANISM,
+    &link_oscillation::MECHANISM,
     &robot_push::MECHANISM,
+    &force_ceiling::MECHANISM,
     &collision_reaction::MECHANISM,
+    &pose_dependent_mass::MECHANISM,
     &speed_error::MECHANISM,
     &piezo_discharge::MECHANISM,
     &charge_drift::MECHANISM,
     &clipping::MECHANISM,
+    &filter_lag::MECHANISM,
     &mains_hum::MECHANISM,
     &gain_error::MECHANISM,
+    &lost_samples::MECHANISM,
     &air_drag::MECHANISM,
 ];
 
@@ -205,8 +228,41 @@ impl Mechanism {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
+    use crate::rig::{Accuracy, Approach, Impact, Rig};
+
+    /// One impact of 0.3 s at this speed (m/s) of this mass (kg).
+    pub(crate) fn strike(rig: Rig, speed_m_per_s: f64, mass_kg: f64, effects: &[&str]) -> Impact {
+        strike_as(rig, Approach::new(speed_m_per_s, mass_kg), effects)
+    }
+
+    /// The same with a place in its campaign.
+    pub(crate) fn strike_as(rig: Rig, approach: Approach, effects: &[&str]) -> Impact {
+        let effects: Vec<Effect> = effects.iter().map(|text| text.parse().expect("a listed mechanism")).collect();
+        rig.strike(&approach, &effects, 0.3, Accuracy::default()).unwrap_or_else(|error| panic!("{effects:?}: {error}"))
+    }
+
+    pub(crate) fn near(what: &str, value: f64, expected: f64, tolerance: f64) {
+        assert!((value - expected).abs() <= tolerance, "{what}: {value}, expected {expected} ± {tolerance}");
+    }
+
+    /// The ids of the campaign contract, in its order; results are compared by them.
+    #[test]
+    fn the_list_is_that_of_the_contract() {
+        let contract = "hunt-crossley-damping viscous-damping pad-relaxation rate-stiffening mullins-softening hardening \
+            end-stop clearance adhesion air-damping guide-friction load-dependent-friction stiction moving-piece-inertia \
+            frame-compliance joint-elasticity link-oscillation robot-push force-ceiling collision-reaction \
+            pose-dependent-mass speed-error piezo-discharge charge-drift clipping filter-lag mains-hum gain-error \
+            lost-samples air-drag";
+        let ids: Vec<&str> = LIST.iter().map(|mechanism| mechanism.id).collect();
+        assert_eq!(ids, contract.split_whitespace().collect::<Vec<_>>());
+        for mechanism in LIST {
+            for rival in mechanism.confused_with {
+                assert!(ids.contains(rival) && *rival != mechanism.id, "{}: {rival}", mechanism.id);
+            }
+        }
+    }
 
     #[test]
     fn every_mechanism_is_described_once_and_within_its_own_ranges() {

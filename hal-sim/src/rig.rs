@@ -16,14 +16,17 @@
 //! already in the springs.
 //!
 //! How it is solved: the motion is cut at every event (contact, separation, a stop, sticking, sliding), so that each
-//! stretch between two events has a smooth right-hand side, and each stretch is integrated by an adaptive
-//! method with dense output, on which the next event is located: Verner's 6(5), or Radau IIA where a massless
-//! piece meets a force that depends on its rate, which is stiff.
+//! stretch between two events has a smooth right-hand side, and each stretch has a dense output, on which the next event is
+//! located. Where the equations are linear they are solved in closed form, by the exponential of their matrix; else by an
+//! adaptive method: Verner's 6(5), or Rodas where a massless piece meets a force that depends on its rate, which is
+//! stiff.
 
 mod assembly;
 mod impact;
 mod integrate;
 mod motion;
+mod propagate;
+mod rosenbrock;
 mod schedule;
 mod springs;
 mod trajectory;
@@ -31,7 +34,8 @@ mod trajectory;
 use crate::mechanism::Effect;
 
 pub use assembly::{
-    Assembly, Deformation, Drive, Element, ForceLaw, Guide, Joint, Motion, Piece, Response, Stage, Trigger,
+    Assembly, Ceiling, Deformation, Drive, Element, ForceLaw, Frame, Guide, Joint, Motion, Piece, Response, Stage,
+    Sway, Trigger,
 };
 pub use impact::{Contact, Impact, Quantity, Truth};
 pub use integrate::{Accuracy, Effort};

@@ -57,8 +57,11 @@ fn the_rig_answers(trial: &Trial) -> Result<(), TestCaseError> {
     let contact = impact.sample(Quantity::ContactForce, &times);
     let truth = impact.truth();
     let pulled = contact.iter().copied().fold(0.0, f64::min);
-    prop_assert!(pulled >= -1e-4 * (1.0 + truth.peak_n), "the robot is pulled with {} N", -pulled);
-    let passive = effects.iter().all(|effect| !["robot-push", "collision-reaction"].contains(&effect.mechanism().id));
+    let tacky = effects.iter().filter(|effect| effect.mechanism().id == "adhesion");
+    let tension: f64 = tacky.map(|effect| effect.value(0)).sum();
+    prop_assert!(pulled >= -tension - 1e-4 * (1.0 + truth.peak_n), "the robot is pulled with {} N", -pulled);
+    let active = ["robot-push", "collision-reaction", "link-oscillation"];
+    let passive = effects.iter().all(|effect| !active.contains(&effect.mechanism().id));
     // What one contact left in a ringing piece the next may give back, so only the sum is never negative.
     let loss: f64 = truth.contacts.iter().map(|contact| contact.loss_j).sum();
     let energy = 0.5 * approach.effective_mass_kg * approach.speed_m_per_s * approach.speed_m_per_s;
@@ -92,6 +95,28 @@ fn no_plausible_effects_defeat_the_rig() {
 fn no_plausible_effects_defeat_the_rig_in_a_long_run() {
     let seed = std::env::var("SEED").map_or(1_000, |text| text.parse().expect("SEED is a whole number"));
     try_cases(10_000, seed);
+}
+
+/// Every mechanism together with every other one, at typical strength, on a padded rig and on a bare one.
+#[test]
+fn every_pair_of_mechanisms_can_be_combined() {
+    let times: Vec<f64> = (-20..1500).map(|index| f64::from(index) * 1e-4).collect();
+    for (place, first) in LIST.iter().enumerate() {
+        for second in &LIST[place + 1..] {
+            let effects = [first.typical(), second.typical()];
+            for rig in [Rig::impact(25e3).with_pad(80e3), Rig::impact(75e3)] {
+                for speed in [0.1, 0.5] {
+                    let impact = rig
+                        .strike(&Approach::new(speed, 6.0), &effects, 0.15, Accuracy::default())
+                        .unwrap_or_else(|error| panic!("{} with {} at {speed} m/s: {error}", first.id, second.id));
+                    let force = impact.measured_n(&times);
+                    assert!(force.iter().all(|force| force.is_finite()), "{} with {}", first.id, second.id);
+                    let peak = force.iter().copied().fold(0.0, f64::max);
+                    assert!((10.0..2_000.0).contains(&peak), "{} with {}: {peak} N", first.id, second.id);
+                }
+            }
+        }
+    }
 }
 
 /// What earlier long runs found. Each is a rig (N/m, with 0 for no pad), a speed, a mass and the effects.

@@ -2,8 +2,11 @@
 //!
 //! `cargo xtask test` is the one command that passes all tests on a fresh machine; it installs what it lacks.
 
+mod addresses;
 mod dictionary;
+mod packages;
 mod python;
+mod qemu;
 mod size;
 mod step;
 mod target;
@@ -18,6 +21,8 @@ Chores:
   test                 format, lints, documentation and all tests; installs what they need into target/
   target               find a compiler for the board's processor, or install it
   size                 build the firmware for the board; its flash and memory beside the budget
+  qemu                 the logic on a Cortex-M4F in QEMU: the desktop's events bit for bit, instructions a sample
+  where ADDRESS...     the places in the source that the addresses of a panic record mean
   dictionary           write docs/can/ (EDS, DBC, object table) from the firmware's object dictionary
   dictionary NODE...   print a DBC file for sensors with these node ids (1 to 127, or 0x01 to 0x7F)
   tables               remake the tables of the README (accuracy, speed); takes some minutes
@@ -33,6 +38,8 @@ fn main() -> ExitCode {
             }
         }),
         Some("size") => target::toolchain().and_then(|found| found.map_or(Ok(()), size::run)),
+        Some("qemu") => target::toolchain().and_then(|found| found.map_or(Ok(()), qemu::run)),
+        Some("where") => addresses::run(&arguments.collect::<Vec<_>>()),
         Some("tables") => test::tables(),
         Some("dictionary") => dictionary::run(&arguments.collect::<Vec<_>>()),
         Some("help" | "--help" | "-h") | None => {

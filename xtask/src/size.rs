@@ -3,33 +3,31 @@
 //! ```text
 //! flash        = everything loaded: vectors, program, constants, initial values of .data
 //! static RAM   = .data, .bss, the capture buffer, what survives a reset
-//! stack        = the CCM, all of it (memory.x); its use is measured elsewhere
+//! stack        = what the linker leaves to it between _stack_end and _stack_start: all of the CCM, where nothing else may lie,
+//!                so that an overflow leaves memory and is a fault. How deep it gets is measured in the emulator.
 //! ```
 
 use std::fs;
-use std::path::PathBuf;
 
 use object::elf::{FileHeader32, PT_LOAD, SHF_ALLOC, SHT_NOBITS};
 use object::read::elf::{ElfFile32, FileHeader as _, ProgramHeader as _, SectionHeader as _};
 use object::{Endianness, Object as _, ObjectSymbol as _};
 
 use crate::step;
-use crate::target::{TARGET, Toolchain};
+use crate::target::{Toolchain, built};
 
 /// What the project grants itself; the chip has four times as much flash and a third more memory.
 const FLASH_BUDGET: u64 = 128 * 1024;
 const RAM_BUDGET: u64 = 96 * 1024;
+/// Least room for the stack, see `docs/board.md`.
+const STACK_BUDGET: u64 = 32 * 1024;
 /// RM0440, 2.2: flash, SRAM1 with SRAM2.
 const FLASH: std::ops::Range<u64> = 0x0800_0000..0x0808_0000;
 const RAM: std::ops::Range<u64> = 0x2000_0000..0x2001_8000;
+/// RM0440, 2.2: the CCM, below which there is no memory.
+const CCM: std::ops::Range<u64> = 0x1000_0000..0x1000_8000;
 /// Symbols that are listed.
 const LARGEST: usize = 12;
-
-/// Where the build for the board lies.
-pub fn firmware() -> PathBuf {
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| step::root().join("target"), PathBuf::from);
-    target.join(TARGET).join("board/thud-firmware")
-}
 
 /// Builds the firmware and shows its sizes.
 ///
@@ -38,7 +36,7 @@ pub fn firmware() -> PathBuf {
 pub fn run(toolchain: Toolchain) -> Result<(), String> {
     let mut build = toolchain.cargo("build");
     step::run("firmware", build.args(["--profile", "board", "--package", "thud-firmware", "--quiet"]))?;
-    let path = firmware();
+    let path = built("thud-firmware");
     let bytes = fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
     let sizes = Sizes::of(&bytes).map_err(|error| format!("{}: {error}", path.display()))?;
     print!("{sizes}");
@@ -58,7 +56,10 @@ struct Sizes {
     sections: Vec<Section>,
     flash: u64,
     ram: u64,
+    stack: std::ops::Range<u64>,
     largest: Vec<(u64, String)>,
+    /// The linker's hash of the program, empty for none.
+    build_id: Vec<u8>,
 }
 
 impl Sizes {
@@ -92,6 +93,8 @@ impl Sizes {
             .max()
             .map_or(0, |end| end - FLASH.start);
         let ram = sections.iter().map(|section| section.ram).sum();
+        let symbol = |name| file.symbol_by_name(name).map_or(0, |symbol| symbol.address());
+        let stack = symbol("_stack_end")..symbol("_stack_start");
         let mut largest: Vec<_> = file
             .symbols()
             .filter(|symbol| symbol.size() > 0 && symbol.is_definition())
@@ -99,17 +102,35 @@ impl Sizes {
             .collect();
         largest.sort_by(|a, b| b.cmp(a));
         largest.truncate(LARGEST);
-        Ok(Self { sections, flash, ram, largest })
+        Ok(Self { sections, flash, ram, stack, largest, build_id: file.build_id()?.unwrap_or_default().to_vec() })
     }
 
     fn within_budget(&self) -> Result<(), String> {
         let beyond = |what: &str, used: u64, budget: u64| {
             (used > budget).then(|| format!("{what}: {used} bytes, {} more than the budget of {budget}", used - budget))
         };
-        let beyond: Vec<_> = [beyond("flash", self.flash, FLASH_BUDGET), beyond("static RAM", self.ram, RAM_BUDGET)]
-            .into_iter()
-            .flatten()
-            .collect();
+        let room = self.stack.end.saturating_sub(self.stack.start);
+        let short =
+            (room < STACK_BUDGET).then(|| format!("stack: room for {room} bytes, the budget is {STACK_BUDGET}"));
+        // At the very bottom of the CCM an overflow leaves memory; anywhere else it would end another variable in silence.
+        let open = (self.stack.start != CCM.start || self.stack.end > CCM.end).then(|| {
+            format!("stack: at {:#x}, where nothing stops it; it must begin at {:#x}", self.stack.start, CCM.start)
+        });
+        let shared = self
+            .sections
+            .iter()
+            .find(|section| CCM.contains(&section.address))
+            .map(|section| format!("stack: {} lies in it", section.name));
+        let beyond: Vec<_> = [
+            beyond("flash", self.flash, FLASH_BUDGET),
+            beyond("static RAM", self.ram, RAM_BUDGET),
+            short,
+            open,
+            shared,
+        ]
+        .into_iter()
+        .flatten()
+        .collect();
         if beyond.is_empty() { Ok(()) } else { Err(beyond.join("; ")) }
     }
 }
@@ -124,6 +145,16 @@ impl std::fmt::Display for Sizes {
         writeln!(to, "{:<28}{FLASH_BUDGET:>10}{RAM_BUDGET:>10}", "budget")?;
         let share = |used: u64, budget: u64| format!("{:.1} %", 100.0 * used as f64 / budget as f64);
         writeln!(to, "{:<28}{:>10}{:>10}", "used", share(self.flash, FLASH_BUDGET), share(self.ram, RAM_BUDGET))?;
+        writeln!(
+            to,
+            "\nstack, {:#x} to {:#x}: {} bytes, budget {STACK_BUDGET}",
+            self.stack.start,
+            self.stack.end,
+            self.stack.end.saturating_sub(self.stack.start)
+        )?;
+        let hex = |bytes: &[u8]| bytes.iter().map(|byte| format!("{byte:02x}")).collect::<String>();
+        let build = &self.build_id[..self.build_id.len().min(8)];
+        writeln!(to, "\nbuild 0x{}, object 0x2402:6 (build id {})", hex(build), hex(&self.build_id))?;
         writeln!(to, "\nlargest symbols")?;
         for (size, name) in &self.largest {
             writeln!(to, "{size:>10}  {name}")?;
@@ -138,13 +169,34 @@ mod tests {
 
     #[test]
     fn beyond_either_budget_is_a_failure_that_says_by_how_much() {
-        let sizes = |flash, ram| Sizes { sections: Vec::new(), flash, ram, largest: Vec::new() };
+        let sizes = |flash, ram| Sizes {
+            sections: Vec::new(),
+            flash,
+            ram,
+            stack: CCM,
+            largest: Vec::new(),
+            build_id: Vec::new(),
+        };
         assert_eq!(sizes(FLASH_BUDGET, RAM_BUDGET).within_budget(), Ok(()));
         let said = sizes(FLASH_BUDGET + 7, RAM_BUDGET + 1).within_budget().unwrap_err();
         assert!(
             said.contains("flash: 131079 bytes, 7 more") && said.contains("static RAM: 98305 bytes, 1 more"),
             "{said}"
         );
+    }
+
+    #[test]
+    fn a_stack_that_is_short_or_that_nothing_stops_is_a_failure() {
+        let with =
+            |stack| Sizes { sections: Vec::new(), flash: 0, ram: 0, stack, largest: Vec::new(), build_id: Vec::new() };
+        assert_eq!(with(CCM).within_budget(), Ok(()));
+        let short = with(CCM.start..CCM.end - 8).within_budget().unwrap_err();
+        assert!(short.contains("room for 32760 bytes"), "{short}");
+        let open = with(0x2001_0000..0x2001_8000).within_budget().unwrap_err();
+        assert!(open.contains("nothing stops it"), "{open}");
+        let section = Section { name: ".data".into(), address: CCM.start, flash: 0, ram: 0 };
+        let shared = Sizes { sections: vec![section], ..with(CCM) }.within_budget().unwrap_err();
+        assert!(shared.contains(".data lies in it"), "{shared}");
     }
 
     #[test]

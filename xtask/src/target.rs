@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs};
 
-use crate::step;
+use crate::{packages, step};
 
 /// The processor of the board: Cortex-M4 with a single precision floating-point unit.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
@@ -53,6 +53,12 @@ impl Toolchain {
     }
 }
 
+/// Where a program built for the board lies.
+pub fn built(name: &str) -> PathBuf {
+    let target = env::var_os("CARGO_TARGET_DIR").map_or_else(|| step::root().join("target"), PathBuf::from);
+    target.join(TARGET).join("board").join(name)
+}
+
 /// The toolchain for the board; installs what is missing if it may. `None`: it may not, and has said so.
 ///
 /// # Errors
@@ -69,17 +75,13 @@ pub fn toolchain() -> Result<Option<Toolchain>, String> {
     if missing.is_empty() {
         return Ok(Some(Toolchain::Debian));
     }
-    if !may_install() {
-        let left_out = format!(
+    if !packages::may_install() {
+        packages::left_out(&format!(
             "the firmware is not built for the board, and what needs that is left out.\n\
              RUSTUP_AUTO_INSTALL=0 forbids `rustup target add {TARGET}`; missing for Debian's compiler instead: {}.\n\
              As root on Debian, `cargo xtask target` installs it; without, unset RUSTUP_AUTO_INSTALL.",
             missing.join(", ")
-        );
-        if env::var("CI").as_deref() == Ok("true") {
-            return Err(format!("{left_out}\nCI=true: nothing may be left out"));
-        }
-        eprintln!("note: {left_out}");
+        ))?;
         return Ok(None);
     }
     install()?;
@@ -103,18 +105,7 @@ fn missing() -> Vec<String> {
 
 fn install() -> Result<(), String> {
     if !packages_installed() {
-        let apt = |arguments: &[&str]| {
-            let mut apt = step::command("apt-get", arguments);
-            apt.env("DEBIAN_FRONTEND", "noninteractive");
-            apt
-        };
-        let mut arguments = vec!["install", "-y", "-qq", "--no-install-recommends"];
-        arguments.extend(PACKAGES);
-        // Lists of packages may be missing or old.
-        if step::run("compiler for the board: packages", &mut apt(&arguments)).is_err() {
-            step::run("compiler for the board: lists of packages", &mut apt(&["update", "-qq"]))?;
-            step::run("compiler for the board: packages", &mut apt(&arguments))?;
-        }
+        packages::install("compiler for the board", &PACKAGES)?;
     }
     if !linked() {
         let link = ["toolchain", "link", DEBIAN_TOOLCHAIN, "/usr"];
@@ -190,11 +181,6 @@ fn packages_installed() -> bool {
 
 fn linked() -> bool {
     step::works(&mut step::command("rustup", &["which", "--toolchain", DEBIAN_TOOLCHAIN, "rustc"]))
-}
-
-fn may_install() -> bool {
-    let root = Command::new("id").arg("-u").output().is_ok_and(|output| output.stdout.trim_ascii() == b"0");
-    root && step::works(&mut step::command("apt-get", &["--version"]))
 }
 
 fn linker_variable() -> String {

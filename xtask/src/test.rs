@@ -1,6 +1,6 @@
 //! `cargo xtask test` and `cargo xtask tables`.
 
-use crate::{python, step};
+use crate::{python, qemu, size, step, target};
 
 /// Format, lints, documentation, tests: in the order in which a mistake is cheapest to find.
 ///
@@ -18,11 +18,20 @@ pub fn run() -> Result<(), String> {
         step::cargo(&["doc", "--workspace", "--no-deps", "--quiet"]).env("RUSTDOCFLAGS", "-D warnings"),
     )?;
     step::run("documentation tests", &mut step::cargo(&["test", "--workspace", "--doc", "--quiet"]))?;
+    // The board's program first: its size is a test, and it is run in QEMU by one.
+    let mut program = None;
+    if let Some(toolchain) = target::toolchain()? {
+        size::run(toolchain)?;
+        program = qemu::program(toolchain)?;
+    }
     let mut tests = if step::works(&mut step::cargo(&["nextest", "--version"])) {
         step::cargo(&["nextest", "run", "--workspace", "--no-fail-fast"])
     } else {
         step::cargo(&["test", "--workspace", "--lib", "--bins", "--tests", "--no-fail-fast"])
     };
+    if let Some(program) = program {
+        tests.env("THUD_CORTEX_M4", program);
+    }
     step::run("tests", tests.env("THUD_PYTHON", python))
 }
 

@@ -6,6 +6,7 @@ use crate::configuration::{Configuration, FilterProfile};
 use crate::event::{Flags, Onset};
 use crate::filter::Causal;
 use crate::idle::Baseline;
+use crate::rest::{STILL, Touch};
 use crate::units::{Hertz, Kilogram, Second};
 
 /// Durations in samples.
@@ -17,6 +18,8 @@ pub struct Spans {
     pub longest: u64,
     /// See [`RELEASE`].
     pub release: u64,
+    /// See [`STILL`].
+    pub still: u32,
     /// See [`NEW_ZERO_AFTER`].
     pub new_zero: u64,
     /// See [`FILTER_DELAY`].
@@ -33,6 +36,7 @@ impl Spans {
             transient: samples(TRANSIENT_WINDOW),
             longest: samples(LONGEST_IMPACT),
             release: samples(RELEASE),
+            still: samples(STILL) as u32,
             new_zero: samples(NEW_ZERO_AFTER),
             filter_delay: samples(FILTER_DELAY),
             healthy: samples(HEALTHY) as u32,
@@ -48,8 +52,8 @@ pub enum Phase {
     Idle,
     /// An impact is open.
     Open(OpenImpact),
-    /// An impact has outlasted the longest time, and the force is still there.
-    Waiting(Waiting),
+    /// An impact has outlasted the longest time, and something touches still.
+    Waiting(Touch),
 }
 
 /// An impact that is open. Forces in N, instants in samples since power-up.
@@ -60,18 +64,18 @@ pub struct OpenImpact {
     pub flags: Flags,
     /// Noise at onset, rms.
     pub noise: f32,
-    /// Zero, drift and hum at onset.
+    /// True zero, drift and hum at onset.
     pub baseline: Baseline,
+    /// The rest on which it began.
+    pub rest_before: f32,
     /// The robot's mass, latched.
     pub effective_mass: Option<(Kilogram, Option<u32>)>,
-    /// The verdict filter, and what it says now.
-    pub filter: Causal,
-    /// The filtered force.
-    pub filtered: f32,
-    /// Largest filtered force after the transient window.
+    /// Whether something still touches.
+    pub touch: Touch,
+    /// Largest filtered force after the transient window, and the first sample that counts for it.
     pub quasi_static: Option<f32>,
-    /// Last sample at which the filtered force was above the release level.
-    pub last_touch: u64,
+    /// See `quasi_static`.
+    pub quasi_static_from: u64,
     /// First sample that the slot has no room for.
     pub curve_end: u64,
     /// Sum of the forces after the curve's end, N; whole groups are added to keep the rounding small.
@@ -80,50 +84,20 @@ pub struct OpenImpact {
     pub sum_after_curve: f32,
 }
 
-/// A force that has outlasted the longest impact.
-pub struct Waiting {
-    /// The verdict filter.
-    pub filter: Causal,
-    /// Force around which it stands still, N, and since when.
-    pub level: f32,
-    /// See `level`.
-    pub steady_since: u64,
-    /// Last sample at which the filtered force was above the release level.
-    pub touched: u64,
-}
-
 impl OpenImpact {
-    /// Takes a sample; `group_ends` with every group of the idle tracker.
+    /// Takes a force above the true zero; `group_ends` with every group of the idle tracker.
     #[inline]
-    pub fn take(&mut self, rest: f32, index: u64, group_ends: bool, release_level: f32, spans: &Spans) {
-        self.filtered = self.filter.step(rest);
-        if self.filtered > release_level {
-            self.last_touch = index;
-        }
-        if index >= self.onset.noticed_at + spans.transient + spans.filter_delay {
-            self.quasi_static = Some(self.quasi_static.unwrap_or(self.filtered).max(self.filtered));
+    pub fn take(&mut self, force: f32, index: u64, group_ends: bool, release_level: f32, spans: &Spans) {
+        let filtered = self.touch.take(force, index, release_level, spans.still);
+        if index >= self.quasi_static_from {
+            self.quasi_static = Some(self.quasi_static.unwrap_or(filtered).max(filtered));
         }
         if index >= self.curve_end {
-            self.group_sum += rest;
+            self.group_sum += force;
             if group_ends {
                 self.sum_after_curve += self.group_sum;
                 self.group_sum = 0.0;
             }
-        }
-    }
-}
-
-impl Waiting {
-    /// Takes a sample.
-    #[inline]
-    pub fn take(&mut self, rest: f32, index: u64, release_level: f32) {
-        let filtered = self.filter.step(rest);
-        if filtered > release_level {
-            self.touched = index;
-        }
-        if (filtered - self.level).abs() > release_level {
-            self.level = filtered;
-            self.steady_since = index;
         }
     }
 }

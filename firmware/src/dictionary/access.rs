@@ -365,6 +365,8 @@ impl<const N: usize> View<'_, N> {
             (index::BOARD, 2) => Value::U64(detector.next_index),
             (index::BOARD, 3) => Value::U8(self.shared.identity.reset_cause as u8),
             (index::BOARD, 4) => Value::U32(self.shared.identity.hardware_revision),
+            (index::BOARD, 6) => Value::U64(self.shared.identity.build),
+            (index::BOARD, 7) => Value::U32(crate::dictionary::object::hash()),
             (index::BOARD, _) => Value::U8(match self.shared.loaded {
                 Loaded::Found(_) => 0,
                 Loaded::Nothing => 1,

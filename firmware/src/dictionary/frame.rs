@@ -439,7 +439,7 @@ mod tests {
 
     prop_compose! {
         fn event()(
-            (number, impact, contact, flags, verdict) in (any::<u32>(), any::<u32>(), any::<u8>(), 0u16..0x1000, 0u8..4),
+            (number, impact, contact, flags, verdict) in (any::<u32>(), any::<u32>(), any::<u8>(), 0u16..0x2000, 0u8..4),
             forces in prop::array::uniform4(-10.0f32..9000.0),
             (impulse, duration) in (-1.0f32..100.0, 0.0f32..10.0),
             (index, fraction, to_peak) in (0u64..1 << 40, 0.0f32..0.999, 0.0f32..20_000.0),

@@ -5,13 +5,20 @@
 
 use zencan_node::common::objects::{AccessType, DataType, ObjectCode, PdoMappable, SubInfo};
 
+/// Text for manual, EDS file and people. It does not go onto the board, where nothing reads it and it would take 15 KiB.
+#[cfg(not(target_os = "none"))]
+pub type Prose = &'static str;
+/// Left out.
+#[cfg(target_os = "none")]
+pub type Prose = ();
+
 /// One object of the dictionary.
 #[derive(Clone, Copy, Debug)]
 pub struct Object {
     /// Index, 0x1000 to 0xFFFF.
     pub index: u16,
-    /// Name, as EDS files write it. Like all text here, empty on the board.
-    pub name: &'static str,
+    /// Name, as EDS files write it.
+    pub name: Prose,
     /// Variable, array or record.
     pub code: ObjectCode,
     /// Sub-objects; a variable has exactly one, of sub-index 0. Sub-index 0 of a record is not listed: it is
@@ -45,15 +52,15 @@ pub struct Sub {
     /// Sub-index.
     pub sub: u8,
     /// Name.
-    pub name: &'static str,
+    pub name: Prose,
     /// Type on the wire; everything is little-endian.
     pub kind: DataType,
     /// Who may read and write.
     pub access: AccessType,
     /// Unit, or what the number means.
-    pub unit: &'static str,
+    pub unit: Prose,
     /// Permitted range or the choices; empty where every value of the type is meant.
-    pub range: &'static str,
+    pub range: Prose,
     /// Which PDO carries it.
     pub pdo: PdoMappable,
 }
@@ -80,6 +87,7 @@ impl Sub {
     /// assert_eq!(peak.step(), (0.1, "N"));
     /// ```
     #[must_use]
+    #[cfg(not(target_os = "none"))]
     pub fn step(&self) -> (f64, &'static str) {
         const UNITS: [&str; 9] = ["N", "N s", "s", "ms", "kg", "Hz", "V", "N/m", "sample"];
         let (quantity, _) = self.unit.split_once(',').unwrap_or((self.unit, ""));
@@ -130,10 +138,13 @@ const fn sub(
     Sub { sub, name, kind, access, unit, range, pdo: PdoMappable::None }
 }
 
-/// Text for manual, EDS file and people. It does not go onto the board, where nothing reads it and it would take 10 KiB.
-const fn for_people(text: &'static str) -> &'static str {
-    if cfg!(target_os = "none") { "" } else { text }
+#[cfg(not(target_os = "none"))]
+const fn for_people(text: &'static str) -> Prose {
+    text
 }
+
+#[cfg(target_os = "none")]
+const fn for_people(_: &'static str) -> Prose {}
 
 const fn ro(number: u8, name: &'static str, kind: DataType, unit: &'static str, range: &'static str) -> Sub {
     sub(number, name, kind, AccessType::Ro, unit, range)
@@ -456,6 +467,8 @@ pub static OBJECTS: &[Object] = &[
             ro(3, "Reset cause", UInt8, "0 power, 1 pin, 2 watchdog, 3 software, 4 brown-out, 5 panic", ""),
             ro(4, "Hardware revision", UInt32, "", ""),
             ro(5, "Stored configuration", UInt8, "0 found, 1 none yet, 2 unreadable, defaults in use", ""),
+            ro(6, "Build", UInt64, "first half of the program's build id; 0 in the simulation", ""),
+            ro(7, "Dictionary hash", UInt32, "CRC-32 over index, sub, type, access, PDO", ""),
         ],
     ),
     record(
@@ -480,6 +493,50 @@ pub static OBJECTS: &[Object] = &[
         ],
     ),
 ];
+
+/// A type's number, CiA 301, table 44.
+#[must_use]
+pub const fn type_number(kind: DataType) -> u16 {
+    match kind {
+        DataType::Boolean => 0x01,
+        DataType::Int8 => 0x02,
+        DataType::Int16 => 0x03,
+        DataType::Int32 => 0x04,
+        DataType::UInt8 => 0x05,
+        DataType::UInt16 => 0x06,
+        DataType::UInt32 => 0x07,
+        DataType::Real32 => 0x08,
+        DataType::VisibleString => 0x09,
+        DataType::OctetString => 0x0A,
+        DataType::UnicodeString => 0x0B,
+        DataType::TimeOfDay => 0x0C,
+        DataType::TimeDifference => 0x0D,
+        DataType::Domain => 0x0F,
+        DataType::Int24 => 0x10,
+        DataType::Real64 => 0x11,
+        DataType::Int64 => 0x15,
+        DataType::UInt24 => 0x16,
+        DataType::UInt64 => 0x1B,
+        DataType::Other(number) => number,
+    }
+}
+
+/// CRC-32 (ISO-HDLC) over what every entry is on the wire: index (u16), sub-index (u8), type (u16), access (u8), PDO (u8). Two
+/// devices with the same hash are read and written alike, whatever else differs.
+#[must_use]
+pub fn hash() -> u32 {
+    const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+    let mut digest = CRC.digest();
+    for object in OBJECTS {
+        for sub in object.subs {
+            digest.update(&object.index.to_le_bytes());
+            digest.update(&[sub.sub]);
+            digest.update(&type_number(sub.kind).to_le_bytes());
+            digest.update(&[sub.access as u8, sub.pdo as u8]);
+        }
+    }
+    digest.finalize()
+}
 
 /// The object with this index.
 #[must_use]

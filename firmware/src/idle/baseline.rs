@@ -1,6 +1,7 @@
 //! The idle signal as an impact takes it along, to be removed from the captured curve.
 
 use super::TONES;
+use crate::trigonometry::sin_cos;
 
 /// The idle signal as known at one instant, to be removed from samples around it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -41,6 +42,7 @@ impl BaselineTone {
             return 0.0;
         }
         let phase = self.radians_per_sample * n;
-        self.in_phase * libm::cosf(phase) + self.quadrature * libm::sinf(phase)
+        let (sine, cosine) = sin_cos(phase);
+        self.in_phase * cosine + self.quadrature * sine
     }
 }

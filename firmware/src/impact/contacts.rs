@@ -12,6 +12,9 @@
 //! guards against a moving piece that swings on its springs after the robot has left: it pulls before it pushes, and pushes
 //! less than it has pulled. A robot cannot pull.
 //!
+//! All of it counts from the rest that friction holds ([`super::rests`]): the one before, until the contact has risen beyond the
+//! one that comes after it, and then from that. Where the force stands still there is no contact.
+//!
 //! Two contacts are told apart when the force has been gone for 5 ms: half a period of the verdict filter's
 //! 100 Hz. What comes back sooner is one pulse to that filter, and to the limit it is compared with.
 
@@ -19,6 +22,7 @@ use heapless::Vec;
 
 use super::CONTACTS;
 use super::force::{Force, PIECE};
+use super::rests::Rests;
 use crate::capture::Curve;
 use crate::units::{Hertz, Second};
 
@@ -46,8 +50,12 @@ pub struct Contact {
     pub highest_at: usize,
     /// Mean force of the highest group, N.
     pub highest: f32,
-    /// The threshold that was passed, N.
+    /// The threshold that was passed, above the rest, N.
     pub threshold: f32,
+    /// The rest from which the force rises, N.
+    pub before: f32,
+    /// The rest to which it comes back, N.
+    pub after: f32,
     /// Whether the curve ends before the force has gone.
     pub outlasts_curve: bool,
 }
@@ -60,13 +68,13 @@ impl Contact {
         let mut start = None;
         let mut at = self.start;
         while at < self.highest_at && force.read(at, &mut piece[..group]) == group {
-            let mean = piece[..group].iter().sum::<f32>() / group as f32;
+            let mean = piece[..group].iter().sum::<f32>() / group as f32 - self.before;
             if mean <= self.threshold {
                 start = None;
             } else if start.is_none() {
                 start = Some(at);
             }
-            if mean > RINGING * self.highest && mean > self.threshold {
+            if mean > RINGING * (self.highest - self.before) && mean > self.threshold {
                 break;
             }
             at += group;
@@ -86,13 +94,22 @@ pub struct Contacts {
 
 impl Contacts {
     /// Finds the contacts from position `from` on that begin within `window` samples of the first one.
-    pub fn find<C: Curve>(force: &Force<'_, C>, from: usize, threshold: f32, rate: Hertz, window: usize) -> Self {
+    pub fn find<C: Curve>(
+        force: &Force<'_, C>,
+        from: usize,
+        threshold: f32,
+        rate: Hertz,
+        window: usize,
+        rests: &Rests,
+    ) -> Self {
         let group = (libm::roundf(GROUP.0 * rate.0) as usize).clamp(1, PIECE);
         let gap_groups = (libm::ceilf(GAP.0 * rate.0 / group as f32) as usize).saturating_sub(GROUPS).max(1);
         let fade = libm::expf(-(group as f32) / (FADING.0 * rate.0));
         let mut contacts = Self::default();
         let mut search = Search {
-            means: [0.0; GROUPS],
+            rests,
+            base: rests.before,
+            means: [rests.before; GROUPS],
             next: 0,
             highest_so_far: 0.0,
             pull_so_far: 0.0,
@@ -116,7 +133,8 @@ impl Contacts {
             }
             at += group;
         }
-        if let Some(mut contact) = search.open {
+        // What began after the detector had seen the last contact end is the next impact's.
+        if let Some(mut contact) = search.open.filter(|contact| contact.start <= rests.last_touch) {
             contact.outlasts_curve = true;
             contacts.add(contact);
         }
@@ -130,7 +148,10 @@ impl Contacts {
     }
 }
 
-struct Search {
+struct Search<'a> {
+    rests: &'a Rests,
+    /// The rest from which the force is counted now.
+    base: f32,
     means: [f32; GROUPS],
     next: usize,
     highest_so_far: f32,
@@ -143,19 +164,33 @@ struct Search {
     quiet: usize,
 }
 
-impl Search {
+impl Search<'_> {
     /// Takes the group at `at`; gives a contact that is over.
     fn take(&mut self, at: usize, mean: f32) -> Option<Contact> {
         self.means[self.next] = mean;
         self.next = (self.next + 1) % GROUPS;
+        let coming = self.rests.at_or_after(at);
+        let after = coming.map_or(self.rests.after, |rest| rest.level);
+        if coming.is_some_and(|rest| rest.from <= at) {
+            self.base = after;
+            self.fade();
+            // One that has begun where nothing touches was the ringing's.
+            let began = coming.map_or(at, |rest| rest.from);
+            return self.open.take().filter(|contact| contact.start < began);
+        }
+        let mean = mean - self.base;
         self.highest_so_far = (self.highest_so_far * self.fade).max(mean);
-        let running = self.means.iter().sum::<f32>() / GROUPS as f32;
+        let running = self.means.iter().sum::<f32>() / GROUPS as f32 - self.base;
         self.pull_so_far = (self.pull_so_far * self.fade).max(-running);
         let level = self.threshold.max(RINGING * self.highest_so_far).max(SWING * self.pull_so_far);
         let end = at + self.group;
+        // Once it is beyond the rest that it will leave, it ends there and not at the one from which it rose.
+        if self.open.is_some() && running + self.base > after + level {
+            self.base = after;
+        }
         let Some(contact) = &mut self.open else {
             if running > level {
-                self.open = Some(self.begin(end, level));
+                self.open = Some(self.begin(end, level, after));
                 self.quiet = 0;
             }
             return None;
@@ -163,29 +198,38 @@ impl Search {
         if mean > level {
             contact.end = end;
         }
-        if mean > contact.highest {
-            contact.highest = mean;
+        if mean + self.base > contact.highest {
+            contact.highest = mean + self.base;
             contact.highest_at = at + self.group / 2;
         }
         self.quiet = if running > level { 0 } else { self.quiet + 1 };
         if self.quiet >= self.gap_groups { self.open.take() } else { None }
     }
 
+    /// A group in which nothing touches.
+    fn fade(&mut self) {
+        self.highest_so_far *= self.fade;
+        self.pull_so_far *= self.fade;
+        self.quiet = 0;
+    }
+
     /// A contact whose running mean has just passed the level: it began with the first group in the mean that did.
-    fn begin(&self, end: usize, level: f32) -> Contact {
+    fn begin(&self, end: usize, level: f32, after: f32) -> Contact {
         let mut contact = Contact {
             start: end - self.group,
             end,
             highest_at: end - self.group / 2,
             highest: f32::NEG_INFINITY,
             threshold: level,
+            before: self.base,
+            after,
             outlasts_curve: false,
         };
         let mut begun = false;
         for age in (0..GROUPS).rev() {
             let mean = self.means[(self.next + GROUPS - 1 - age) % GROUPS];
             let start = end.saturating_sub((age + 1) * self.group);
-            if mean > level && !begun {
+            if mean - self.base > level && !begun {
                 begun = true;
                 contact.start = start;
             }

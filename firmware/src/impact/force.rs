@@ -5,6 +5,7 @@ use crate::calibration::Calibration;
 use crate::capture::Curve;
 use crate::detector::ImpactContext;
 use crate::idle::{Baseline, TONES};
+use crate::trigonometry::sin_cos;
 
 /// Samples that are held at once.
 pub const PIECE: usize = 128;
@@ -18,6 +19,8 @@ pub struct Force<'a, C> {
     curve: &'a C,
     calibration: Calibration,
     baseline: &'a Baseline,
+    /// What the force is counted from, above the true zero, N.
+    base: f32,
     /// Samples from the baseline's origin to the curve's first sample.
     shift: f32,
     /// Cosine and sine of each tone's turn over a stride.
@@ -34,10 +37,12 @@ impl<'a, C: Curve> Force<'a, C> {
             curve,
             calibration: Calibration::new(&context.configuration.configuration.chain),
             baseline: &context.baseline,
+            base: 0.0,
             shift,
             turns: context.baseline.tones.map(|tone| {
                 let stride = tone.radians_per_sample * STRIDE as f32;
-                (libm::cosf(stride), libm::sinf(stride))
+                let (sine, cosine) = sin_cos(stride);
+                (cosine, sine)
             }),
             len: curve.len().min(usize::try_from(wanted).unwrap_or(usize::MAX)),
         }
@@ -47,7 +52,17 @@ impl<'a, C: Curve> Force<'a, C> {
     #[cfg(test)]
     pub fn bare(curve: &'a C, baseline: &'a Baseline) -> Self {
         let calibration = Calibration::new(&crate::configuration::Configuration::DEFAULT.chain);
-        Self { curve, calibration, baseline, shift: 0.0, turns: [(1.0, 0.0); TONES], len: curve.len() }
+        Self { curve, calibration, baseline, shift: 0.0, base: 0.0, turns: [(1.0, 0.0); TONES], len: curve.len() }
+    }
+
+    /// The same force, counted from a rest, N.
+    pub fn above(&self, base: f32) -> Self {
+        Self { base, ..*self }
+    }
+
+    /// Sample number, since power-up, of position 0.
+    pub fn first_index(&self) -> u64 {
+        self.curve.first_index()
     }
 
     /// Number of samples.
@@ -62,8 +77,9 @@ impl<'a, C: Curve> Force<'a, C> {
         let count = self.curve.read(from, &mut codes[..wanted]).min(wanted);
         let into = &mut into[..count];
         let n = self.shift + from as f32;
+        let zero = self.baseline.zero + self.base;
         for (index, (force, code)) in into.iter_mut().zip(&codes).enumerate() {
-            *force = self.calibration.force(*code) - (self.baseline.zero + self.baseline.slope * (n + index as f32));
+            *force = self.calibration.force(*code) - (zero + self.baseline.slope * (n + index as f32));
         }
         for tone in 0..TONES {
             self.remove_tone(tone, n, into);
@@ -108,7 +124,7 @@ impl<'a, C: Curve> Force<'a, C> {
             return;
         }
         let phase = tone.radians_per_sample * n;
-        let (mut sine, mut cosine) = (libm::sinf(phase), libm::cosf(phase));
+        let (mut sine, mut cosine) = sin_cos(phase);
         let mut value = tone.in_phase * cosine + tone.quadrature * sine;
         for run in forces.chunks_mut(STRIDE) {
             (cosine, sine) = (cosine * turn_cosine - sine * turn_sine, sine * turn_cosine + cosine * turn_sine);

@@ -1,7 +1,7 @@
 //! Blocks of samples into the detector; never waits for anything else.
 
 use crate::board::{BLOCK, Samples};
-use crate::detector::{Detector, Signal};
+use crate::detector::{Detector, Signal, Signals};
 use crate::emergency::Fault;
 use crate::shared::{DetectorStatus, Report, Shared, Task};
 
@@ -23,18 +23,19 @@ pub async fn run<const N: usize>(mut samples: impl Samples, shared: &Shared<N>) 
         if let Some(mass) = shared.mass.try_take() {
             detector.receive_effective_mass(mass);
         }
-        let signals = match next {
+        let mut signals = Signals::new();
+        match next {
             Ok(info) => {
                 status.next_index = info.first_index + BLOCK as u64;
-                detector.push(&block, &info, shared.captures)
+                detector.push_into(&block, &info, shared.captures, &mut signals);
             }
             Err(overrun) => {
                 shared.count(|counters| counters.overruns = counters.overruns.saturating_add(1));
-                detector.overrun(overrun)
+                signals = detector.overrun(overrun);
             }
-        };
-        for signal in signals {
-            handle(signal, shared);
+        }
+        for signal in &signals {
+            handle(*signal, shared);
         }
         status.impact_open = detector.impact_open();
         if blocks % STATUS_BLOCKS == 0 {

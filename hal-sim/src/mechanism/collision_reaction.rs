@@ -69,6 +69,10 @@ impl Drive for Reaction {
         if motion.since_trigger_s.is_some() { -self.force_n } else { 0.0 }
     }
 
+    fn is_constant(&self) -> bool {
+        true
+    }
+
     fn trigger(&self) -> Option<Trigger> {
         Some(self.trigger)
     }

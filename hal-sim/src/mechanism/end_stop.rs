@@ -42,13 +42,12 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    let stiffness_n_per_m = effect.value(0) * assembly.spring.stiffness_n_per_m;
-    assembly.spring.laws.push(Box::new(Stop { stiffness_n_per_m, stroke_m: effect.value(1) }));
+    assembly.spring.laws.push(Box::new(Stop { stiffness_ratio: effect.value(0), stroke_m: effect.value(1) }));
 }
 
 #[derive(Debug)]
 struct Stop {
-    stiffness_n_per_m: f64,
+    stiffness_ratio: f64,
     stroke_m: f64,
 }
 
@@ -57,11 +56,16 @@ impl ForceLaw for Stop {
         if !deformation.beyond_knot {
             return Response::default();
         }
+        let stiffness_n_per_m = self.stiffness_ratio * deformation.linear_n_per_m;
         Response {
-            force_n: self.stiffness_n_per_m * (deformation.depth_m - self.stroke_m),
-            stiffness_n_per_m: self.stiffness_n_per_m,
+            force_n: stiffness_n_per_m * (deformation.depth_m - self.stroke_m),
+            stiffness_n_per_m,
             ..Response::default()
         }
+    }
+
+    fn is_linear(&self) -> bool {
+        true
     }
 
     fn knot_m(&self) -> Option<f64> {

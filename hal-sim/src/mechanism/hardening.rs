@@ -43,12 +43,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    let stiffness_n_per_m = assembly.pad.as_ref().unwrap_or(&assembly.spring).stiffness_n_per_m;
-    assembly.contact_laws.push(Box::new(Locking {
-        stiffness_n_per_m,
-        exponent: effect.value(0),
-        lock_m: effect.value(1),
-    }));
+    assembly.contact_laws.push(Box::new(Locking { exponent: effect.value(0), lock_m: effect.value(1) }));
 }
 
 /// Where the tangent takes over, as a part of the locking depth.
@@ -56,7 +51,6 @@ const TANGENT_FROM: f64 = 0.95;
 
 #[derive(Debug)]
 struct Locking {
-    stiffness_n_per_m: f64,
     exponent: f64,
     lock_m: f64,
 }
@@ -71,8 +65,8 @@ impl ForceLaw for Locking {
         let slope = steeper - 1.0 + part * self.exponent * steeper / (1.0 - part);
         let beyond_m = deformation.depth_m - part * self.lock_m;
         Response {
-            force_n: self.stiffness_n_per_m * (part * self.lock_m * (steeper - 1.0) + slope * beyond_m),
-            stiffness_n_per_m: self.stiffness_n_per_m * slope,
+            force_n: deformation.linear_n_per_m * (part * self.lock_m * (steeper - 1.0) + slope * beyond_m),
+            stiffness_n_per_m: deformation.linear_n_per_m * slope,
             ..Response::default()
         }
     }

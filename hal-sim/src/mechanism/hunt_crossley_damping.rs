@@ -42,7 +42,9 @@ struct HuntCrossley {
 
 impl ForceLaw for HuntCrossley {
     fn respond(&self, deformation: Deformation, elastic: Response, _states: &[f64]) -> Response {
-        let loss = 1.5 * self.alpha_s_per_m;
+        // A pad that sticks to the robot is pulled out with the same loss.
+        let sign = if deformation.sticks { elastic.force_n.signum() } else { 1.0 };
+        let loss = 1.5 * self.alpha_s_per_m * sign;
         Response {
             force_n: loss * elastic.force_n * deformation.rate_m_per_s,
             stiffness_n_per_m: loss * elastic.stiffness_n_per_m * deformation.rate_m_per_s,

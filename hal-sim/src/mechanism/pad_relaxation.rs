@@ -44,28 +44,29 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    let stiffness_n_per_m = assembly.pad.as_ref().unwrap_or(&assembly.spring).stiffness_n_per_m;
-    assembly.contact_laws.push(Box::new(Branch {
-        stiffness_n_per_m: effect.value(0) * stiffness_n_per_m,
-        time_constant_s: effect.value(1),
-    }));
+    assembly.contact_laws.push(Box::new(Branch { ratio: effect.value(0), time_constant_s: effect.value(1) }));
 }
 
 #[derive(Debug)]
 struct Branch {
-    stiffness_n_per_m: f64,
+    ratio: f64,
     time_constant_s: f64,
 }
 
 impl ForceLaw for Branch {
     fn respond(&self, deformation: Deformation, _elastic: Response, states: &[f64]) -> Response {
         let stretch_m = deformation.depth_m - states[0];
+        let stiffness_n_per_m = self.ratio * deformation.linear_n_per_m;
         Response {
-            force_n: self.stiffness_n_per_m * stretch_m,
-            stiffness_n_per_m: self.stiffness_n_per_m,
-            drift_n_per_s: -self.stiffness_n_per_m * stretch_m / self.time_constant_s,
+            force_n: stiffness_n_per_m * stretch_m,
+            stiffness_n_per_m,
+            drift_n_per_s: -stiffness_n_per_m * stretch_m / self.time_constant_s,
             ..Response::default()
         }
+    }
+
+    fn is_linear(&self) -> bool {
+        true
     }
 
     fn states(&self) -> usize {

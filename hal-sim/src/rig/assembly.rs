@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 
 use super::{Approach, Kind, Rig, RigError};
-use crate::mechanism::Effect;
+use crate::mechanism::{Effect, Site};
 
 /// The rig for one impact, after all effects have entered.
 #[derive(Debug)]
@@ -22,8 +22,14 @@ pub struct Assembly {
     pub guide: Guide,
     /// The moving piece, where its inertia counts.
     pub piece: Option<Piece>,
+    /// What the rig stands on, where it yields.
+    pub frame: Option<Frame>,
     /// Splits the robot into tip and link.
     pub joint: Option<Joint>,
+    /// The most force that the robot's link passes on to its tip.
+    pub ceiling: Option<Ceiling>,
+    /// The robot's own sway.
+    pub sway: Option<Sway>,
     /// Forces on the robot besides contact and gravity.
     pub drives: Vec<Box<dyn Drive>>,
     /// Gravity along the direction of the impact, m/s².
@@ -48,13 +54,21 @@ impl Assembly {
             spring: Element::linear(rig.body_stiffness_n_per_m),
             guide: Guide::default(),
             piece: None,
+            frame: None,
             joint: None,
+            ceiling: None,
+            sway: None,
             drives: Vec::new(),
             gravity_m_per_s2: rig.gravity_m_per_s2,
             chain: Vec::new(),
         };
-        for effect in effects.iter().filter(|effect| !effect.is_null()) {
+        let mut effects: Vec<&Effect> = effects.iter().filter(|effect| !effect.is_null()).collect();
+        effects.sort_by_key(|effect| turn(effect.mechanism().site));
+        for effect in effects {
             (effect.mechanism().enter)(effect, &mut assembly);
+        }
+        if let Some(sway) = assembly.sway {
+            assembly.approach.speed_m_per_s += sway.velocity_m_per_s(0.0);
         }
         assembly.approach.check()?;
         let laws = std::mem::take(&mut assembly.contact_laws);
@@ -66,6 +80,17 @@ impl Assembly {
     }
 }
 
+/// When effects at this site enter: first what says how fast and how heavy the robot is, on which its joint depends,
+/// then the piece, which may bring the contact that the pad's effects act on. Effects of one turn keep their order,
+/// which for the chain is the way of the signal.
+fn turn(site: Site) -> u8 {
+    match site {
+        Site::InitialCondition => 0,
+        Site::Piece => 1,
+        _ => 2,
+    }
+}
+
 /// A spring with laws that add to it.
 #[derive(Debug)]
 pub struct Element {
@@ -73,6 +98,10 @@ pub struct Element {
     pub stiffness_n_per_m: f64,
     /// Viscous damping of the material, N·s/m.
     pub damping_ns_per_m: f64,
+    /// The part of its stiffness that bears from the first touch on; what a law takes from it bears later.
+    pub without_play: f64,
+    /// The tension that it bears before the robot comes off it, N; 0: none.
+    pub pull_off_n: f64,
     /// Laws that add to the linear force; those that depend on the elastic force come after the elastic ones.
     pub laws: Vec<Box<dyn ForceLaw>>,
 }
@@ -81,7 +110,7 @@ impl Element {
     /// A linear spring without loss.
     #[must_use]
     pub fn linear(stiffness_n_per_m: f64) -> Self {
-        Self { stiffness_n_per_m, damping_ns_per_m: 0.0, laws: Vec::new() }
+        Self { stiffness_n_per_m, damping_ns_per_m: 0.0, without_play: 1.0, pull_off_n: 0.0, laws: Vec::new() }
     }
 }
 
@@ -92,9 +121,15 @@ pub struct Deformation {
     pub depth_m: f64,
     /// Its rate, m/s.
     pub rate_m_per_s: f64,
+    /// Linear stiffness of the element, N/m, after every effect has entered; laws that scale with it take it from here,
+    /// so that it does not matter which effect entered first.
+    pub linear_n_per_m: f64,
     /// Whether the depth is beyond the law's [`ForceLaw::knot_m`]; it holds for a whole smooth stretch of the
     /// motion, so that the solver never steps across a kink.
     pub beyond_knot: bool,
+    /// Whether the robot sticks to the element, so that a negative depth is tension and not merely a place where a trial
+    /// step looks beyond the end of the contact.
+    pub sticks: bool,
 }
 
 /// A force with its partial derivatives, which the balance of a massless piece needs.
@@ -129,6 +164,11 @@ pub trait ForceLaw: Debug + Send + Sync {
         false
     }
 
+    /// Whether its force and the rates of its states are linear in depth, rate and states on either side of its knot.
+    fn is_linear(&self) -> bool {
+        false
+    }
+
     /// A depth at which the law changes its form, m.
     fn knot_m(&self) -> Option<f64> {
         None
@@ -143,7 +183,9 @@ pub trait ForceLaw: Debug + Send + Sync {
     fn state_rates(&self, _deformation: Deformation, _states: &[f64], _rates: &mut [f64]) {}
 }
 
-/// Dry friction of the piece in its guide: it sticks as long as less than
+/// What the guide does to the piece.
+///
+/// Dry friction: it sticks as long as less than
 /// `(coulomb_n + load_coefficient·P)·static_ratio` is needed to hold it, and slides against
 /// `coulomb_n + load_coefficient·P`, P being the contact force.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -154,6 +196,8 @@ pub struct Guide {
     pub load_coefficient: f64,
     /// Friction at rest over friction while sliding, at least 1.
     pub static_ratio: f64,
+    /// Drag of the air in the housing, N·s²/m²: `air_ns2_per_m2·v·|v|` against the piece, and on the cell.
+    pub air_ns2_per_m2: f64,
     /// Which part of the friction reaches the load cell; 0 when the guide stands beside the cell, 1 when it
     /// stands on it.
     pub cell_share: f64,
@@ -161,7 +205,7 @@ pub struct Guide {
 
 impl Default for Guide {
     fn default() -> Self {
-        Self { coulomb_n: 0.0, load_coefficient: 0.0, static_ratio: 1.0, cell_share: 0.0 }
+        Self { coulomb_n: 0.0, load_coefficient: 0.0, static_ratio: 1.0, air_ns2_per_m2: 0.0, cell_share: 0.0 }
     }
 }
 
@@ -170,6 +214,12 @@ impl Guide {
     #[must_use]
     pub fn rubs(&self) -> bool {
         self.coulomb_n > 0.0 || self.load_coefficient > 0.0
+    }
+
+    /// Drag of the air on a piece of this velocity, N.
+    #[must_use]
+    pub fn air_n(&self, velocity_m_per_s: f64) -> f64 {
+        self.air_ns2_per_m2 * velocity_m_per_s * velocity_m_per_s.abs()
     }
 
     /// Friction while sliding under a contact force, N.
@@ -190,6 +240,72 @@ impl Guide {
 pub struct Piece {
     /// Mass, kg.
     pub mass_kg: f64,
+}
+
+/// The frame (table, stand) under the rig: a body on a spring of its own.
+///
+/// ```text
+///  body springs ──[ mass on cell ][ load cell ]──[ frame m ]──k,c── ground
+/// ```
+///
+/// The cell stands between springs and frame, so that it bears the springs' force, and it swings with the frame, so that
+/// the inertia of what is screwed onto its measuring side is in its signal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// Mass that moves with the frame, the mass on the cell included, kg.
+    pub mass_kg: f64,
+    /// Stiffness towards the ground, N/m.
+    pub stiffness_n_per_m: f64,
+    /// Damping towards the ground, N·s/m.
+    pub damping_ns_per_m: f64,
+    /// Mass between the springs and the cell's sensing element, kg.
+    pub on_cell_kg: f64,
+}
+
+/// A coupling in the robot that slips: tip and link are one until it has to pass on more than it can, and then it passes
+/// on just that until they are equally fast again. Where the robot has an elastic [`Joint`], it is that
+/// joint which slips.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ceiling {
+    /// The most force that the coupling passes on, N, of either sign.
+    pub force_n: f64,
+    /// The part of the effective mass before the coupling, where there is no elastic joint that says it, 0 to 1.
+    pub tip_fraction: f64,
+}
+
+/// A sway of the robot that it would have without the rig as well: an acceleration on all of its bodies, like gravity's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sway {
+    /// Amplitude of its velocity, m/s.
+    pub amplitude_m_per_s: f64,
+    /// Angular frequency, 1/s.
+    pub pulsation_per_s: f64,
+    /// Phase at first contact, rad: 0 where the sway is fastest towards the rig.
+    pub phase_rad: f64,
+}
+
+impl Sway {
+    fn turn_rad(self, time_s: f64) -> f64 {
+        self.pulsation_per_s * time_s + self.phase_rad
+    }
+
+    /// Its position, m, from where it is at first contact.
+    #[must_use]
+    pub fn position_m(self, time_s: f64) -> f64 {
+        self.amplitude_m_per_s / self.pulsation_per_s * (self.turn_rad(time_s).sin() - self.phase_rad.sin())
+    }
+
+    /// Its velocity, m/s.
+    #[must_use]
+    pub fn velocity_m_per_s(self, time_s: f64) -> f64 {
+        self.amplitude_m_per_s * self.turn_rad(time_s).cos()
+    }
+
+    /// Its acceleration, m/s².
+    #[must_use]
+    pub fn acceleration_m_per_s2(self, time_s: f64) -> f64 {
+        -self.amplitude_m_per_s * self.pulsation_per_s * self.turn_rad(time_s).sin()
+    }
 }
 
 /// The elastic joint between the robot's tip, which touches, and the link behind it.
@@ -220,6 +336,11 @@ pub struct Motion {
 pub trait Drive: Debug + Send + Sync {
     /// The force, N.
     fn force_n(&self, motion: Motion) -> f64;
+
+    /// Whether its force changes at no other time than when its trigger takes effect.
+    fn is_constant(&self) -> bool {
+        false
+    }
 
     /// A contact force that triggers the drive, and the delay until it acts.
     fn trigger(&self) -> Option<Trigger> {

@@ -134,23 +134,31 @@ impl Impact {
 
     /// As [`Impact::sample`], into a buffer of the same length.
     pub fn sample_into(&self, quantity: Quantity, times_s: &[f64], values: &mut [f64]) {
-        let stretches = self.trajectory.stretches();
+        let before = times_s.partition_point(|time_s| *time_s < 0.0);
+        let within = times_s.partition_point(|time_s| *time_s <= self.until_s);
+        for (time_s, value) in times_s[..before].iter().zip(&mut *values) {
+            *value = self.before(quantity, *time_s);
+        }
+        values[within.max(before)..].fill(self.inside(quantity, self.trajectory.stretches().len() - 1, self.until_s));
+        let (mut times_s, mut values) = (&times_s[before..within.max(before)], &mut values[before..within.max(before)]);
         let mut stretch = 0;
-        for (time_s, value) in times_s.iter().zip(values) {
-            if *time_s < 0.0 {
-                *value = self.before(quantity, *time_s);
-                continue;
-            }
-            if *time_s < stretches[stretch].start_s {
-                stretch = self.trajectory.find(*time_s);
-            }
-            while stretch + 1 < stretches.len() && stretches[stretch].end_s <= *time_s {
+        while let Some(first_s) = times_s.first() {
+            let stretches = self.trajectory.stretches();
+            while stretch + 1 < stretches.len() && stretches[stretch].end_s <= *first_s {
                 stretch += 1;
             }
-            *value = match self.system.resting_n(&stretches[stretch].mode) {
-                Some(force_n) if quantity == Quantity::CellForce => force_n,
-                _ => self.inside(quantity, stretch, *time_s),
-            };
+            let last = stretch + 1 == stretches.len();
+            let end_s = stretches[stretch].end_s;
+            let inside = if last { times_s.len() } else { times_s.partition_point(|time_s| *time_s < end_s) };
+            let (here_s, here) = (&times_s[..inside], &mut values[..inside]);
+            if quantity == Quantity::CellForce {
+                self.trajectory.cell_n(stretch, here_s, here);
+            } else {
+                here.iter_mut()
+                    .zip(here_s)
+                    .for_each(|(value, time_s)| *value = self.inside(quantity, stretch, *time_s));
+            }
+            (times_s, values) = (&times_s[inside..], &mut values[inside..]);
         }
     }
 
@@ -237,13 +245,18 @@ impl Impact {
     }
 
     fn before(&self, quantity: Quantity, time_s: f64) -> f64 {
-        let speed = self.system.assembly.approach.speed_m_per_s;
-        let gravity = self.system.assembly.gravity_m_per_s2;
-        match (self.system.assembly.kind, quantity) {
+        let assembly = &self.system.assembly;
+        let sway = assembly
+            .sway
+            .map(|sway| (sway.position_m(time_s), sway.velocity_m_per_s(time_s), sway.acceleration_m_per_s2(time_s)));
+        let (sway_m, sway_m_per_s, sway_m_per_s2) = sway.unwrap_or_default();
+        let mean = assembly.approach.speed_m_per_s - assembly.sway.map_or(0.0, |sway| sway.velocity_m_per_s(0.0));
+        let gravity = assembly.gravity_m_per_s2;
+        match (assembly.kind, quantity) {
             (Kind::Fall, _) => 0.0,
-            (_, Quantity::Position) => speed * time_s + 0.5 * gravity * time_s * time_s,
-            (_, Quantity::Velocity) => speed + gravity * time_s,
-            (_, Quantity::Acceleration) => gravity,
+            (_, Quantity::Position) => mean * time_s + 0.5 * gravity * time_s * time_s + sway_m,
+            (_, Quantity::Velocity) => mean + gravity * time_s + sway_m_per_s,
+            (_, Quantity::Acceleration) => gravity + sway_m_per_s2,
             _ => 0.0,
         }
     }
@@ -256,9 +269,14 @@ impl Impact {
     }
 
     fn inside(&self, quantity: Quantity, stretch: usize, time_s: f64) -> f64 {
+        if quantity == Quantity::CellForce {
+            let mut cell_n = [0.0];
+            self.trajectory.cell_n(stretch, &[time_s.min(self.until_s)], &mut cell_n);
+            return cell_n[0];
+        }
         let instant = self.instant(stretch, time_s);
         match quantity {
-            Quantity::CellForce => self.system.cell_n(&instant),
+            Quantity::CellForce => unreachable!("read above"),
             Quantity::ContactForce => instant.contact_n,
             Quantity::Stroke => instant.piece_m,
             Quantity::Position => instant.tip_m,

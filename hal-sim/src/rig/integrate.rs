@@ -1,13 +1,12 @@
 //! Follows the motion from event to event.
 //!
-//! The library's solver makes the steps; here each step's interpolant is looked through for the first event, the step
+//! The library's solver (or the exponential, where the form is linear) makes the steps; here each step's interpolant is looked through for the first event, the step
 //! is cut there, the form of the equations changes, and the solver begins anew. (The library's own event handling
 //! watches one function at a time and does not tell several apart.)
 
 use differential_equations::error::Error;
 use differential_equations::interpolate::Interpolation;
-use differential_equations::linalg::Matrix;
-use differential_equations::methods::{Adaptive, ExplicitRungeKutta, ImplicitRungeKutta, Ordinary, Radau};
+use differential_equations::methods::{Adaptive, ExplicitRungeKutta, Ordinary};
 use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
 use differential_equations::status::Status;
 use differential_equations::tolerance::Tolerance;
@@ -15,7 +14,9 @@ use differential_equations::tolerance::Tolerance;
 use super::assembly::Assembly;
 use super::impact::Impact;
 use super::motion::{CONTACT_EVENT, MOST_EVENTS, MOST_STATES, Mode, PieceForm, System};
-use super::trajectory::Trajectory;
+use super::propagate::Propagator;
+use super::rosenbrock::Rosenbrock;
+use super::trajectory::{MOST_NODES, Trajectory};
 use super::{Kind, RigError};
 
 /// The most events that are followed in one impact.
@@ -26,14 +27,8 @@ const MOST_STEPS: usize = 100_000;
 /// Verner's method of order 6 has an interpolant of degree 6. (Dormand–Prince 8(5,3) makes longer steps, but its
 /// interpolant of degree 7 is a thousand times less exact than the steps' ends, and here only the interpolant counts.)
 const VERNER_NODES: usize = 7;
-/// Radau IIA of order 5 has an interpolant of degree 3 through its three stages.
-const RADAU_NODES: usize = 4;
-/// Which makes it so much less exact between the steps that they are held to this part of the tolerance.
-const RADAU_SHARE: f64 = 0.03;
-
-/// And because the error estimate of a stiff step sees little of the piece, no step is longer than this part of the
-/// pulse at the default accuracy, and shorter with the fourth root of a finer one: 10⁻⁵ of the peak, or better.
-const RADAU_STEP_RADIANS: f64 = 0.1;
+/// The states between Rodas' steps are cubics.
+const RODAS_NODES: usize = 4;
 
 /// How exactly the motion is followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,7 +40,9 @@ pub struct Accuracy {
 }
 
 impl Default for Accuracy {
-    /// Errors far below any noise: some 10⁻⁷ of the peak.
+    /// Errors far below any noise: some 10⁻⁷ of the peak, and smooth in every parameter: a difference quotient with a relative
+    /// step of 10⁻³ is right to better than a per cent (`cargo bench -p thud-sim --bench rig -- differences`). Coarser ones
+    /// gain little, since linear forms are solved in closed form.
     fn default() -> Self {
         Self { relative: 1e-7, force_n: 1e-5 }
     }
@@ -68,30 +65,22 @@ pub(super) fn integrate(assembly: Assembly, until_s: f64, accuracy: Accuracy) ->
     let system = System::new(assembly, accuracy.force_n)?;
     match system.states() {
         0..=2 => by_size::<2>(system, until_s, accuracy),
-        3..=4 => by_size::<4>(system, until_s, accuracy),
-        5..=8 => by_size::<8>(system, until_s, accuracy),
+        3 => by_size::<3>(system, until_s, accuracy),
+        4 => by_size::<4>(system, until_s, accuracy),
+        5..=6 => by_size::<6>(system, until_s, accuracy),
+        7..=8 => by_size::<8>(system, until_s, accuracy),
         _ => by_size::<12>(system, until_s, accuracy),
     }
 }
 
 /// A fresh solver for each stretch between two events.
-enum Solver<const N: usize, R> {
+enum Solver<const N: usize> {
+    Exact(Box<Propagator<N>>),
+    Rodas(Box<Rosenbrock<N>>),
     Verner(Box<Verner<N>>),
-    /// The library does not let one name its type.
-    Radau(Box<R>),
 }
 
 type Verner<const N: usize> = ExplicitRungeKutta<Ordinary, Adaptive, f64, [f64; N], 6, 9, 12>;
-
-/// What both solvers can do, one after the other.
-macro_rules! either {
-    ($solver:expr, $method:ident => $value:expr) => {
-        match $solver {
-            Solver::Verner($method) => $value,
-            Solver::Radau($method) => $value,
-        }
-    };
-}
 
 /// A method for stretches that are not stiff.
 fn verner<const N: usize>(system: &System, accuracy: Accuracy) -> Verner<N> {
@@ -99,58 +88,60 @@ fn verner<const N: usize>(system: &System, accuracy: Accuracy) -> Verner<N> {
     ExplicitRungeKutta::rkv656e().rtol(accuracy.relative).atol(absolute).max_steps(MOST_STEPS)
 }
 
-/// A method for a massless piece that creeps while it is pressed.
-fn radau<const N: usize>(system: &System, accuracy: Accuracy) -> impl Method<N> + use<N> {
-    let absolute = Tolerance::Vector(system.tolerances(accuracy.force_n)[..N].to_vec());
-    let finer = (accuracy.relative / Accuracy::default().relative).powf(0.25);
-    let longest_s = RADAU_STEP_RADIANS * finer / system.pulsation_per_s();
-    ImplicitRungeKutta::<Ordinary, Radau, f64, [f64; N], 5, 3, 3>::radau5()
-        .rtol(accuracy.relative * RADAU_SHARE)
-        .atol(absolute)
-        .h0(0.01 * longest_s)
-        .max_scale(2.0)
-        .h_max(longest_s)
-        .filter(step_of_a_ladder)
-}
-
-/// What a method has to be able to do.
-trait Method<const N: usize>: OrdinaryNumericalMethod<f64, [f64; N]> + Interpolation<f64, [f64; N]> {}
-
-impl<const N: usize, M> Method<N> for M where M: OrdinaryNumericalMethod<f64, [f64; N]> + Interpolation<f64, [f64; N]> {}
-
-impl<const N: usize, R: Method<N>> Solver<N, R> {
+impl<const N: usize> Solver<N> {
     /// How many equally spaced states determine a step's interpolant.
     fn nodes(&self) -> usize {
         match self {
+            Self::Exact(_) => MOST_NODES,
             Self::Verner(_) => VERNER_NODES,
-            Self::Radau(_) => RADAU_NODES,
+            Self::Rodas(_) => RODAS_NODES,
         }
     }
 
     fn init(&mut self, form: &Form<'_>, time_s: f64, stop_s: f64, state: &[f64; N]) -> Outcome<usize, N> {
-        either!(self, method => method.init(form, time_s, stop_s, state).map(|evaluations| evaluations.function))
+        match self {
+            Self::Exact(_) => Ok(form.system.states() + 1),
+            Self::Verner(method) => method.init(form, time_s, stop_s, state).map(|evaluations| evaluations.function),
+            Self::Rodas(_) => Ok(1),
+        }
     }
 
     /// Tries a step: how often the equations were evaluated, and whether the step is kept.
     fn step(&mut self, form: &Form<'_>) -> Outcome<(usize, bool), N> {
-        either!(self, method => {
-            let evaluations = method.step(form)?.function;
-            let kept = !matches!(OrdinaryNumericalMethod::<f64, [f64; N]>::status(method.as_ref()), Status::RejectedStep);
-            Ok((evaluations, kept))
-        })
+        match self {
+            Self::Exact(propagator) => {
+                propagator.step();
+                Ok((0, true))
+            }
+            Self::Rodas(method) => Ok(method.step(form.system, &form.mode)),
+            Self::Verner(method) => {
+                let evaluations = method.step(form)?.function;
+                Ok((evaluations, !matches!(method.status(), Status::RejectedStep)))
+            }
+        }
     }
 
     /// Begin and end of the last step.
     fn ends_s(&self) -> (f64, f64) {
-        either!(self, method => (method.t_prev(), method.t()))
+        match self {
+            Self::Exact(propagator) => propagator.ends_s(),
+            Self::Verner(method) => (method.t_prev(), method.t()),
+            Self::Rodas(method) => method.ends_s(),
+        }
     }
 
     /// The states at the last step's equally spaced nodes.
     fn sample(&mut self, nodes: &mut [[f64; N]]) -> Outcome<(), N> {
         let (from_s, to_s) = self.ends_s();
         let last = nodes.len() - 1;
-        nodes[0] = either!(self, method => *method.y_prev());
-        nodes[last] = either!(self, method => *method.y());
+        (nodes[0], nodes[last]) = match self {
+            Self::Exact(propagator) => {
+                nodes.copy_from_slice(propagator.nodes());
+                return Ok(());
+            }
+            Self::Rodas(method) => (method.interpolate(from_s), method.interpolate(to_s)),
+            Self::Verner(method) => (*method.y_prev(), *method.y()),
+        };
         for (number, node) in nodes.iter_mut().enumerate().take(last).skip(1) {
             *node = self.interpolate(from_s + (to_s - from_s) * number as f64 / last as f64)?;
         }
@@ -158,20 +149,15 @@ impl<const N: usize, R: Method<N>> Solver<N, R> {
     }
 
     fn interpolate(&mut self, time_s: f64) -> Outcome<[f64; N], N> {
-        either!(self, method => method.interpolate(time_s))
+        match self {
+            Self::Exact(propagator) => Ok(propagator.interpolate(time_s)),
+            Self::Verner(method) => method.interpolate(time_s),
+            Self::Rodas(method) => Ok(method.interpolate(time_s)),
+        }
     }
 }
 
 type Outcome<T, const N: usize> = Result<T, Error<f64, [f64; N]>>;
-
-/// Rounds a step down to a power of √2 seconds.
-///
-/// `differential-equations` 0.7.0 keeps its factorised matrix when a step grows by less than a fifth, and then forgets to
-/// renew it when the next step has another length (`call_decomp` stays false), which fails or, worse, does not. On
-/// this ladder a step stays or changes by more, so that the branch is never taken.
-fn step_of_a_ladder(step_s: f64) -> f64 {
-    ((2.0 * step_s.log2() + 1e-6).floor() / 2.0).exp2()
-}
 
 /// The equations between two events, as the solver takes them.
 struct Form<'a> {
@@ -183,42 +169,28 @@ impl<const N: usize> ODE<f64, [f64; N]> for Form<'_> {
     fn diff(&self, time_s: f64, state: &[f64; N], rates: &mut [f64; N]) {
         self.system.rates(time_s, state, &self.mode, rates);
     }
-
-    /// By differences that suit a rig: the library's own are for states of size 1, and 15 nm is not small for a pad that has
-    /// just been touched.
-    fn jacobian(&self, time_s: f64, state: &[f64; N], jacobian: &mut Matrix<f64>) {
-        let mut rates = [0.0; N];
-        self.diff(time_s, state, &mut rates);
-        for column in 0..N {
-            let mut moved = *state;
-            let step = 1e-7 * state[column].abs().max(SMALL_STATE);
-            moved[column] += step;
-            let mut moved_rates = [0.0; N];
-            self.diff(time_s, &moved, &mut moved_rates);
-            for row in 0..N {
-                jacobian[(row, column)] = (moved_rates[row] - rates[row]) / step;
-            }
-        }
-    }
 }
 
-/// What counts as a small position (m), velocity (m/s) or state of a law.
-const SMALL_STATE: f64 = 1e-4;
-
 fn by_size<const N: usize>(system: System, until_s: f64, accuracy: Accuracy) -> Result<Impact, RigError> {
-    follow(system, until_s, |system, mode| {
-        if system.form == PieceForm::Creeping && mode.touching {
-            Solver::Radau(Box::new(radau::<N>(system, accuracy)))
+    follow(system, until_s, |system, mode, span_s, state| {
+        if system.is_linear(mode) {
+            let tolerances = system.tolerances(accuracy.force_n);
+            Solver::Exact(Box::new(Propagator::new(system, mode, span_s, state, accuracy.relative, &tolerances)))
+        } else if system.form == PieceForm::Creeping && mode.touching {
+            let finer = accuracy.relative / Accuracy::default().relative;
+            let tolerances = system.tolerances(accuracy.force_n);
+            let relative = (accuracy.relative, finer);
+            Solver::Rodas(Box::new(Rosenbrock::new(system, mode, span_s.0, state, relative, &tolerances)))
         } else {
             Solver::Verner(Box::new(verner::<N>(system, accuracy)))
         }
     })
 }
 
-fn follow<const N: usize, R: Method<N>>(
+fn follow<const N: usize>(
     system: System,
     until_s: f64,
-    solver_for: impl Fn(&System, &Mode) -> Solver<N, R>,
+    solver_for: impl Fn(&System, &Mode, (f64, f64), &[f64; N]) -> Solver<N>,
 ) -> Result<Impact, RigError> {
     let (start, mode) = system.start();
     let mut state = [0.0; N];
@@ -237,10 +209,10 @@ fn follow<const N: usize, R: Method<N>>(
         let failed =
             move |error: Error<f64, [f64; N]>| RigError::Solver { time_s: begun_s, reason: reason(&error).to_owned() };
         if !touched && let Some(ramp) = system.onset(time_s, &state, &form.mode) {
-            pass_ramp(&mut trajectory, &mut time_s, &mut state, form.mode, ramp);
+            pass_ramp(&system, &mut trajectory, &mut time_s, &mut state, form.mode, ramp);
         }
-        let mut solver = solver_for(&system, &form.mode);
         let stop_s = system.next_switch_s(&form.mode).min(until_s);
+        let mut solver = solver_for(&system, &form.mode, (time_s, stop_s), &state);
         if stop_s > time_s {
             effort.evaluations += solver.init(&form, time_s, stop_s, &state).map_err(failed)?;
         }
@@ -257,13 +229,15 @@ fn follow<const N: usize, R: Method<N>>(
             if to_s <= from_s {
                 return Err(RigError::Solver { time_s, reason: "the step became too small".to_owned() });
             }
-            let mut nodes = [[0.0; N]; VERNER_NODES];
+            let mut nodes = [[0.0; N]; MOST_NODES];
             let nodes = &mut nodes[..solver.nodes()];
             solver.sample(nodes).map_err(failed)?;
             // The last step may go beyond the end of this form: its interpolant is cut there, as at an event.
-            event = first_event(&mut solver, &form, (from_s, to_s), nodes).filter(|(_, at_s)| *at_s <= stop_s);
+            let mut cell_n = [0.0; MOST_NODES];
+            let cell_n = &mut cell_n[..nodes.len()];
+            event = first_event(&mut solver, &form, (from_s, to_s), nodes, cell_n).filter(|(_, at_s)| *at_s <= stop_s);
             time_s = event.map_or(stop_s.min(to_s), |(_, at_s)| at_s);
-            trajectory.push(from_s, to_s - from_s, time_s, nodes, form.mode);
+            trajectory.push(from_s, to_s - from_s, time_s, nodes, cell_n, form.mode);
             state = if time_s < to_s { solver.interpolate(time_s).map_err(failed)? } else { nodes[nodes.len() - 1] };
         }
         effort.events += 1;
@@ -274,7 +248,7 @@ fn follow<const N: usize, R: Method<N>>(
         if matches!(event, Some((CONTACT_EVENT, _)))
             && let Some(ramp) = system.closing(time_s, &state, &form.mode)
         {
-            pass_ramp(&mut trajectory, &mut time_s, &mut state, form.mode, ramp);
+            pass_ramp(&system, &mut trajectory, &mut time_s, &mut state, form.mode, ramp);
         }
         match event {
             Some((number, _)) => system.pass(number, time_s, &mut state, &mut form.mode),
@@ -297,6 +271,7 @@ fn follow<const N: usize, R: Method<N>>(
 
 /// The motion over a moment in which all states run straight to the given ones.
 fn pass_ramp<const N: usize>(
+    system: &System,
     trajectory: &mut Trajectory,
     time_s: &mut f64,
     state: &mut [f64; N],
@@ -305,7 +280,9 @@ fn pass_ramp<const N: usize>(
 ) {
     let mut nodes = [*state; 2];
     nodes[1].copy_from_slice(&after[..N]);
-    trajectory.push(*time_s, moment_s, *time_s + moment_s, &nodes, mode);
+    let cell_n = [0, 1]
+        .map(|node| system.cell_n(&system.instant(*time_s + moment_s * f64::from(node), &nodes[node as usize], &mode)));
+    trajectory.push(*time_s, moment_s, *time_s + moment_s, &nodes, &cell_n, mode);
     *state = nodes[1];
     *time_s += moment_s;
 }
@@ -321,24 +298,30 @@ fn reason<const N: usize>(error: &Error<f64, [f64; N]>) -> &'static str {
     }
 }
 
-/// The first event of a step and its instant: a margin that was positive at one node (or at the step's start, where
+/// The first event of a step and its instant, and the force at the cell at each node: a margin that was positive at one node (or at the step's start, where
 /// rounding may have put it on either side of zero) and is negative at the next.
-fn first_event<const N: usize, R: Method<N>>(
-    solver: &mut Solver<N, R>,
+fn first_event<const N: usize>(
+    solver: &mut Solver<N>,
     form: &Form<'_>,
     (from_s, to_s): (f64, f64),
     nodes: &[[f64; N]],
+    cell_n: &mut [f64],
 ) -> Option<(usize, f64)> {
     let mut before = [1.0; MOST_EVENTS];
     let mut after = [1.0; MOST_EVENTS];
-    let count = form.system.margins(from_s, &nodes[0], &form.mode, &mut before);
+    let count;
+    (count, cell_n[0]) = form.system.margins(from_s, &nodes[0], &form.mode, &mut before);
     let at_s = |number: usize| from_s + (to_s - from_s) * number as f64 / (nodes.len() - 1) as f64;
     let mut contact = [0.0; VERNER_NODES];
     contact[0] = before[CONTACT_EVENT];
     let mut found = None;
     let mut seen = 1;
     for (number, node) in nodes.iter().enumerate().skip(1) {
-        form.system.margins(at_s(number), node, &form.mode, &mut after);
+        (_, cell_n[number]) = form.system.margins(at_s(number), node, &form.mode, &mut after);
+        if found.is_some() {
+            // Only the force is still wanted.
+            continue;
+        }
         let mut first: Option<(usize, f64)> = None;
         for event in 0..count {
             if after[event] < 0.0 {
@@ -365,7 +348,7 @@ fn first_event<const N: usize, R: Method<N>>(
         }
         if first.is_some() {
             found = first;
-            break;
+            continue;
         }
         contact[number] = after[CONTACT_EVENT];
         seen = number + 1;

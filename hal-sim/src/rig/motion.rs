@@ -11,10 +11,16 @@ use super::{Kind, RigError};
 
 /// The most states that the solver is built for.
 pub(super) const MOST_STATES: usize = 12;
-/// The most events that are watched at once: contact, two of friction, knots and triggers.
-pub(super) const MOST_EVENTS: usize = 16;
+/// The most events that are watched at once: contact, two of friction, two of the robot's coupling, knots and triggers.
+pub(super) const MOST_EVENTS: usize = 20;
 /// The number of the event that robot and rig touch or part.
 pub(super) const CONTACT_EVENT: usize = 0;
+/// The numbers of the events that friction changes: rest or direction.
+const GUIDE_EVENTS: [usize; 2] = [1, 2];
+/// The numbers of the events that the robot's coupling slips or holds again.
+const COUPLING_EVENTS: [usize; 2] = [3, 4];
+/// The number of the first law's knot; after the laws come the triggers.
+const FIRST_KNOT: usize = 5;
 /// The most drives that may have a trigger.
 const MOST_TRIGGERS: usize = 4;
 
@@ -26,6 +32,14 @@ const PIECE_DRAG_NS_PER_M: f64 = 1e-5;
 /// The last moment of a creeping piece's contact, as an angle of the ideal pulse; over it the robot's speed changes by less
 /// than 10⁻⁶ of itself.
 const CLOSING_RADIANS: f64 = 1e-3;
+
+/// The fastest that a creeping piece may find its balance to be followed by an exponential, 1/s: its seventh derivative
+/// is then still above rounding.
+const STIFFEST_PER_S: f64 = 1e6;
+
+/// How fast a creeping piece has to find its balance for its own velocity to count no more than half in the question
+/// whether it slides, 1/s.
+const FAST_PER_S: f64 = 1e5;
 
 /// What rounding makes of the balance of forces on a massless piece, N.
 const ROUNDING_N: f64 = 1e-9;
@@ -48,6 +62,14 @@ pub(super) enum Guiding {
     Sliding(f64),
 }
 
+/// What the coupling between the robot's link and its tip does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Coupling {
+    Holding,
+    /// The link overtakes the tip (1) or stays behind (−1).
+    Slipping(f64),
+}
+
 /// The form of the equations between two events.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Mode {
@@ -55,6 +77,9 @@ pub(super) struct Mode {
     pub(super) guiding: Guiding,
     /// Where the piece is held, while it is.
     pub(super) held_m: f64,
+    pub(super) coupling: Coupling,
+    /// How far an elastic joint has slipped so far.
+    slipped_m: f64,
     /// A bit for each law (contact, then spring): its depth is beyond its knot.
     beyond: u32,
     /// When each triggered drive acts; infinity before the trigger.
@@ -69,11 +94,28 @@ pub(super) struct Instant {
     pub(super) tip_m: f64,
     pub(super) tip_m_per_s: f64,
     pub(super) tip_m_per_s2: f64,
+    /// Tip over frame.
+    over_m: f64,
+    over_m_per_s: f64,
+    /// Piece over frame: the stroke of the springs.
     pub(super) piece_m: f64,
     pub(super) piece_m_per_s: f64,
+    frame_m_per_s2: f64,
     pub(super) contact_n: f64,
     pub(super) spring_n: f64,
     pub(super) friction_n: f64,
+    /// From link to tip.
+    coupling_n: f64,
+}
+
+impl Instant {
+    fn depth_m(&self) -> f64 {
+        self.over_m - self.piece_m
+    }
+
+    fn depth_m_per_s(&self) -> f64 {
+        self.over_m_per_s - self.piece_m_per_s
+    }
 }
 
 /// Where the states of the motion are.
@@ -81,6 +123,7 @@ pub(super) struct Instant {
 struct Layout {
     link: Option<usize>,
     piece: Option<usize>,
+    frame: Option<usize>,
     contact: usize,
     spring: usize,
     len: usize,
@@ -91,6 +134,7 @@ struct Layout {
 enum Event {
     Contact,
     Release,
+    Coupling,
     Knot { law: usize },
     Trigger { drive: usize },
 }
@@ -106,6 +150,12 @@ pub(super) struct System {
     contact_laws: usize,
     /// Forces on a resting piece that differ by less than this are in balance, N; see [`System::held_n`].
     balance_n: f64,
+    /// The tension that the contact bears before it parts, N.
+    pull_off_n: f64,
+    /// Springs and pad in series, N/m.
+    series_n_per_m: f64,
+    /// The angular frequency of the ideal pulse, 1/s.
+    pulsation_per_s: f64,
     /// Drives that have a trigger, by number of the drive.
     triggered: Vec<usize>,
 }
@@ -127,32 +177,43 @@ impl System {
             len += count;
             len - count
         };
-        let link = assembly.joint.map(|_| place(2));
+        let link_fraction = match (assembly.joint, assembly.ceiling) {
+            (Some(joint), _) => Some(joint.link_fraction),
+            (None, ceiling) => ceiling.map(|ceiling| 1.0 - ceiling.tip_fraction),
+        };
+        let link = link_fraction.map(|_| place(2));
         let piece = match form {
             PieceForm::Massive => Some(place(2)),
             PieceForm::Creeping => Some(place(1)),
             PieceForm::Carried | PieceForm::Balanced => None,
         };
+        let frame = assembly.frame.map(|_| place(2));
         let contact = place(assembly.pad.as_ref().map_or(0, states));
         let spring = place(states(&assembly.spring));
         if len > MOST_STATES {
             return Err(RigError::TooManyStates { states: len, most: MOST_STATES });
         }
-        let link_kg = assembly.joint.map_or(0.0, |joint| joint.link_fraction * assembly.approach.effective_mass_kg);
+        let link_kg = link_fraction.unwrap_or(0.0) * assembly.approach.effective_mass_kg;
         let triggered: Vec<usize> =
             (0..assembly.drives.len()).filter(|drive| assembly.drives[*drive].trigger().is_some()).collect();
         let contact_laws = assembly.pad.as_ref().map_or(0, |pad| pad.laws.len());
-        let watched = 3 + contact_laws + assembly.spring.laws.len() + triggered.len();
+        let watched = FIRST_KNOT + contact_laws + assembly.spring.laws.len() + triggered.len();
         if watched > MOST_EVENTS || triggered.len() > MOST_TRIGGERS {
             return Err(RigError::TooManyStates { states: watched, most: MOST_EVENTS });
         }
+        let springs = assembly.spring.stiffness_n_per_m;
+        let series_n_per_m =
+            assembly.pad.as_ref().map_or(springs, |pad| 1.0 / (1.0 / springs + 1.0 / pad.stiffness_n_per_m));
         Ok(Self {
+            series_n_per_m,
+            pulsation_per_s: (series_n_per_m / assembly.approach.effective_mass_kg).sqrt(),
             form,
-            layout: Layout { link, piece, contact, spring, len },
+            layout: Layout { link, piece, frame, contact, spring, len },
             tip_kg: assembly.approach.effective_mass_kg - link_kg,
             link_kg,
             contact_laws,
             balance_n: if form == PieceForm::Massive { force_n.max(ROUNDING_N) } else { ROUNDING_N },
+            pull_off_n: assembly.pad.as_ref().unwrap_or(&assembly.spring).pull_off_n,
             triggered,
             assembly,
         })
@@ -176,6 +237,8 @@ impl System {
             touching,
             guiding: self.guiding_at_touch(Guiding::Sticking),
             held_m: 0.0,
+            coupling: Coupling::Holding,
+            slipped_m: 0.0,
             beyond: 0,
             acts_from_s: [f64::INFINITY; MOST_TRIGGERS],
             acting: 0,
@@ -186,11 +249,12 @@ impl System {
     /// The contact force at which the last moment of a creeping piece's contact begins, N: as at the
     /// [onset](System::onset), only a ramp is left.
     fn closing_n(&self, instant: &Instant, mode: &Mode) -> f64 {
-        if self.form != PieceForm::Creeping || mode.guiding == Guiding::Sticking {
+        let parts_unloaded = self.pull_off_n == 0.0;
+        if self.form != PieceForm::Creeping || mode.guiding == Guiding::Sticking || !parts_unloaded {
             return 0.0;
         }
         // Not the piece's own velocity: the less the pad damps, the more that one shows the solver's error.
-        self.series_n_per_m() * (-instant.tip_m_per_s).max(0.0) * CLOSING_RADIANS / self.pulsation_per_s()
+        self.series_n_per_m * (-instant.over_m_per_s).max(0.0) * CLOSING_RADIANS / self.pulsation_per_s()
     }
 
     /// The last moment of a creeping piece's contact: its length and the states after it. The robot's speed is constant, so
@@ -206,7 +270,7 @@ impl System {
         let mut rates = [0.0; MOST_STATES];
         self.rates(time_s, state, mode, &mut rates);
         let free_m = self.free_depth_m(state, mode);
-        let closing_m_per_s = instant.tip_m_per_s - instant.piece_m_per_s;
+        let closing_m_per_s = instant.depth_m_per_s();
         let dashpot = self.pad(free_m, closing_m_per_s, state, mode).damping_ns_per_m > 0.0;
         let moment_s;
         if dashpot {
@@ -217,7 +281,7 @@ impl System {
                 Guiding::Free | Guiding::Sticking => 0.0,
             };
             let left_m = depth_under(left_n, instant.piece_m, |depth_m| self.spring(depth_m, 0.0, state, mode));
-            moment_s = (instant.tip_m - left_m - free_m) / -instant.tip_m_per_s;
+            moment_s = (instant.over_m - left_m - free_m) / -instant.over_m_per_s;
             (rates[0], rates[piece]) = (instant.tip_m_per_s, (left_m - instant.piece_m) / moment_s);
         }
         if rates[piece] > 0.0 || !(1e-15..=5.0 * CLOSING_RADIANS / self.pulsation_per_s()).contains(&moment_s) {
@@ -230,15 +294,9 @@ impl System {
         Some((moment_s, after))
     }
 
-    /// Springs and pad in series, N/m.
-    fn series_n_per_m(&self) -> f64 {
-        let springs = self.assembly.spring.stiffness_n_per_m;
-        self.assembly.pad.as_ref().map_or(springs, |pad| 1.0 / (1.0 / springs + 1.0 / pad.stiffness_n_per_m))
-    }
-
     /// The angular frequency of the ideal pulse, 1/s.
     pub(super) fn pulsation_per_s(&self) -> f64 {
-        (self.series_n_per_m() / self.assembly.approach.effective_mass_kg).sqrt()
+        self.pulsation_per_s
     }
 
     /// The first moment of a contact that a creeping piece begins freely: its length and the states after it.
@@ -256,7 +314,7 @@ impl System {
         }
         let springs = self.assembly.spring.stiffness_n_per_m;
         let moment_s = 1e-3 / self.pulsation_per_s();
-        let speed = state[1];
+        let speed = state[1] - self.layout.frame.map_or(0.0, |frame| state[frame + 1]);
         let mut velocity = speed * pad.stiffness_n_per_m / (pad.stiffness_n_per_m + springs);
         for _ in 0..40 {
             let closing = speed - velocity;
@@ -281,6 +339,31 @@ impl System {
         Some((moment_s, after))
     }
 
+    /// Whether the equations of this form are linear, and no more stiff than their solution by an exponential bears.
+    pub(super) fn is_linear(&self, mode: &Mode) -> bool {
+        let Assembly { pad, spring, guide, drives, sway, .. } = &self.assembly;
+        let linear = |element: &Element| element.laws.iter().all(|law| law.is_linear());
+        let pad_is_linear = pad.as_ref().is_none_or(linear);
+        // Branches at no load: friction that grows with a pressing force only.
+        let branches = guide.load_coefficient > 0.0 && (self.form == PieceForm::Massive || self.pull_off_n > 0.0);
+        let damping = spring.damping_ns_per_m + pad.as_ref().map_or(0.0, |pad| pad.damping_ns_per_m);
+        let stiffness = spring.stiffness_n_per_m + pad.as_ref().map_or(0.0, |pad| pad.stiffness_n_per_m);
+        let stiff = self.form == PieceForm::Creeping && mode.touching && stiffness > STIFFEST_PER_S * damping;
+        let moving = mode.touching || self.form == PieceForm::Massive;
+        let piece_is_linear = linear(spring) && guide.air_ns2_per_m2 == 0.0;
+        sway.is_none()
+            && drives.iter().all(|drive| drive.is_constant())
+            && (!mode.touching || pad_is_linear)
+            && (!moving || piece_is_linear)
+            && !(mode.touching && branches)
+            && !stiff
+    }
+
+    /// Whether a force depends on the time itself.
+    pub(super) fn is_timed(&self) -> bool {
+        self.assembly.sway.is_some() || self.assembly.drives.iter().any(|drive| !drive.is_constant())
+    }
+
     /// Absolute tolerances of the states for a tolerance of the force at the cell.
     pub(super) fn tolerances(&self, force_n: f64) -> [f64; MOST_STATES] {
         let stiffness = self.assembly.spring.stiffness_n_per_m;
@@ -293,6 +376,9 @@ impl System {
         }
         if let (Some(place), Some(piece)) = (self.layout.piece, self.assembly.piece) {
             tolerances[place + 1] = length * (stiffness / piece.mass_kg).sqrt();
+        }
+        if let (Some(place), Some(frame)) = (self.layout.frame, self.assembly.frame) {
+            tolerances[place + 1] = length * (frame.stiffness_n_per_m / frame.mass_kg).sqrt();
         }
         tolerances
     }
@@ -320,25 +406,32 @@ impl System {
         let instant = self.instant(time_s, state, mode);
         rates[0] = instant.tip_m_per_s;
         rates[1] = instant.tip_m_per_s2;
-        if let (Some(link), Some(joint)) = (self.layout.link, self.assembly.joint) {
-            let back = joint.stiffness_n_per_m * (state[link] - state[0])
-                + joint.damping_ns_per_m * (state[link + 1] - state[1]);
+        if let Some(link) = self.layout.link {
             rates[link] = state[link + 1];
-            rates[link + 1] = self.assembly.gravity_m_per_s2
-                + (self.drive_n(time_s, state[link], state[link + 1], mode) - back) / self.link_kg;
+            rates[link + 1] = if self.is_whole(mode) {
+                instant.tip_m_per_s2
+            } else {
+                let drive_n = self.drive_n(time_s, state[link], state[link + 1], mode);
+                self.field_m_per_s2(time_s) + (drive_n - instant.coupling_n) / self.link_kg
+            };
+        }
+        if let Some(frame) = self.layout.frame {
+            rates[frame] = state[frame + 1];
+            rates[frame + 1] = instant.frame_m_per_s2;
         }
         if let Some(piece) = self.layout.piece {
             rates[piece] = instant.piece_m_per_s;
             if let (PieceForm::Massive, Some(body)) = (self.form, self.assembly.piece)
                 && mode.guiding != Guiding::Sticking
             {
-                rates[piece + 1] = (instant.contact_n - instant.spring_n - instant.friction_n) / body.mass_kg;
+                let net_n = instant.contact_n - instant.spring_n - instant.friction_n;
+                rates[piece + 1] = net_n / body.mass_kg - instant.frame_m_per_s2;
             }
         }
         if self.layout.spring > self.layout.contact {
             let pad = self.assembly.pad.as_ref().expect("laws with states are on a pad");
             let (depth, rate) = if mode.touching {
-                (instant.tip_m - instant.piece_m, instant.tip_m_per_s - instant.piece_m_per_s)
+                (instant.depth_m(), instant.depth_m_per_s())
             } else {
                 (self.free_depth_m(state, mode), 0.0)
             };
@@ -359,46 +452,159 @@ impl System {
     /// The forces and velocities at an instant.
     pub(super) fn instant(&self, time_s: f64, state: &[f64], mode: &Mode) -> Instant {
         let (tip_m, tip_m_per_s) = (state[0], state[1]);
-        let mut driven_n = self.tip_kg * self.assembly.gravity_m_per_s2;
-        driven_n += match (self.layout.link, self.assembly.joint) {
-            (Some(link), Some(joint)) => {
-                joint.stiffness_n_per_m * (state[link] - tip_m)
-                    + joint.damping_ns_per_m * (state[link + 1] - tip_m_per_s)
-            }
-            _ => self.drive_n(time_s, tip_m, tip_m_per_s, mode),
+        let (frame_m, frame_m_per_s) = self.layout.frame.map_or((0.0, 0.0), |frame| (state[frame], state[frame + 1]));
+        let mut instant = Instant {
+            tip_m,
+            tip_m_per_s,
+            over_m: tip_m - frame_m,
+            over_m_per_s: tip_m_per_s - frame_m_per_s,
+            ..Instant::default()
         };
-        let mut instant = Instant { tip_m, tip_m_per_s, ..Instant::default() };
+        // What moves with the tip, and what moves it besides the contact.
+        let whole = self.is_whole(mode);
+        let body_kg = if whole { self.tip_kg + self.link_kg } else { self.tip_kg };
+        let (drive_n, driven_n) = match self.layout.link {
+            Some(link) if whole => {
+                let drive_n = self.drive_n(time_s, state[link], state[link + 1], mode);
+                (drive_n, drive_n)
+            }
+            Some(link) => {
+                instant.coupling_n = self.coupling_n(state[link] - tip_m, state[link + 1] - tip_m_per_s, mode);
+                (0.0, instant.coupling_n)
+            }
+            None => {
+                let drive_n = self.drive_n(time_s, tip_m, tip_m_per_s, mode);
+                (drive_n, drive_n)
+            }
+        };
+        let driven_n = driven_n + body_kg * self.field_m_per_s2(time_s);
+        let frame_n = self
+            .assembly
+            .frame
+            .map_or(0.0, |frame| -frame.stiffness_n_per_m * frame_m - frame.damping_ns_per_m * frame_m_per_s);
         match self.form {
-            PieceForm::Massive => self.massive(state, mode, &mut instant),
+            PieceForm::Massive => self.massive(state, mode, frame_n, &mut instant),
             _ if !mode.touching => {
                 let rubs = self.assembly.guide.rubs();
                 instant.piece_m = if rubs { mode.held_m } else { self.free_stroke_m(state, mode) };
                 instant.spring_n = self.spring(instant.piece_m, 0.0, state, mode).force_n;
                 instant.friction_n = if rubs { -instant.spring_n } else { 0.0 };
             }
-            PieceForm::Carried => self.carried(driven_n, state, mode, &mut instant),
+            PieceForm::Carried => self.carried(driven_n, body_kg, frame_n, state, mode, &mut instant),
             PieceForm::Balanced => self.balanced(state, mode, &mut instant),
             PieceForm::Creeping => self.creeping(state, mode, &mut instant),
         }
         let held = self.form == PieceForm::Carried && mode.touching && mode.guiding == Guiding::Sticking;
-        instant.tip_m_per_s2 = if held { 0.0 } else { (driven_n - instant.contact_n) / self.tip_kg };
+        instant.frame_m_per_s2 = self.frame_m_per_s2(frame_n, mode, &instant);
+        instant.tip_m_per_s2 = if held { instant.frame_m_per_s2 } else { (driven_n - instant.contact_n) / body_kg };
+        if whole {
+            // What the link needs to be as fast as the tip.
+            let field_m_per_s2 = self.field_m_per_s2(time_s);
+            instant.coupling_n = drive_n + self.link_kg * (field_m_per_s2 - instant.tip_m_per_s2);
+        }
         instant
     }
 
+    /// m_f·ẍ_f = S + friction − k_f·x_f − c_f·ẋ_f; a heavy piece that friction holds moves with the frame.
+    fn frame_m_per_s2(&self, frame_n: f64, mode: &Mode, instant: &Instant) -> f64 {
+        let Some(frame) = self.assembly.frame else { return 0.0 };
+        let free_m_per_s2 = (frame_n + instant.spring_n + instant.friction_n) / frame.mass_kg;
+        match (self.form, self.assembly.piece, mode.guiding) {
+            (PieceForm::Massive, Some(piece), Guiding::Sticking) => {
+                (frame_n + instant.contact_n) / (frame.mass_kg + piece.mass_kg)
+            }
+            _ => free_m_per_s2,
+        }
+    }
+
+    /// Gravity and the robot's sway: what accelerates every body of the robot alike.
+    fn field_m_per_s2(&self, time_s: f64) -> f64 {
+        self.assembly.gravity_m_per_s2 + self.assembly.sway.map_or(0.0, |sway| sway.acceleration_m_per_s2(time_s))
+    }
+
+    /// Whether tip and link are one body at this time: a coupling without elasticity holds.
+    fn is_whole(&self, mode: &Mode) -> bool {
+        self.layout.link.is_some() && self.assembly.joint.is_none() && mode.coupling == Coupling::Holding
+    }
+
+    /// From link to tip, through an elastic joint or a slipping coupling, N.
+    fn coupling_n(&self, ahead_m: f64, ahead_m_per_s: f64, mode: &Mode) -> f64 {
+        match (mode.coupling, self.assembly.joint, self.assembly.ceiling) {
+            (Coupling::Slipping(sign), _, Some(ceiling)) => sign * ceiling.force_n,
+            (_, Some(joint), _) => {
+                joint.stiffness_n_per_m * (ahead_m - mode.slipped_m) + joint.damping_ns_per_m * ahead_m_per_s
+            }
+            _ => 0.0,
+        }
+    }
+
     /// m·ẍ = D − P, P = S + friction: robot and piece are one.
-    fn carried(&self, driven_n: f64, state: &[f64], mode: &Mode, instant: &mut Instant) {
-        instant.piece_m = instant.tip_m;
-        instant.piece_m_per_s = instant.tip_m_per_s;
-        instant.spring_n = self.spring(instant.piece_m, instant.piece_m_per_s, state, mode).force_n;
+    fn carried(&self, driven_n: f64, body_kg: f64, frame_n: f64, state: &[f64], mode: &Mode, instant: &mut Instant) {
+        instant.piece_m = instant.over_m;
+        instant.piece_m_per_s = instant.over_m_per_s;
         let guide = &self.assembly.guide;
+        instant.spring_n = self.spring(instant.piece_m, instant.piece_m_per_s, state, mode).force_n
+            + guide.air_n(instant.piece_m_per_s);
         instant.contact_n = match mode.guiding {
             Guiding::Free => instant.spring_n,
             Guiding::Sliding(sign) => {
-                (instant.spring_n + sign * guide.coulomb_n) / (1.0 - sign * guide.load_coefficient)
+                let pressed_n = instant.spring_n + sign * guide.coulomb_n;
+                pressed_n / self.rubbed_part(sign, pressed_n)
             }
-            Guiding::Sticking => driven_n,
+            Guiding::Sticking => {
+                // Held on the frame, the robot takes part in its motion.
+                let frame_m_per_s2 =
+                    self.assembly.frame.map_or(0.0, |frame| (frame_n + driven_n) / (frame.mass_kg + body_kg));
+                driven_n - body_kg * frame_m_per_s2
+            }
         };
         instant.friction_n = instant.contact_n - instant.spring_n;
+    }
+
+    /// The velocity of a massless piece if pad and springs alone shared the robot's, m/s.
+    fn shared_m_per_s(&self, instant: &Instant) -> f64 {
+        let pad = self.assembly.pad.as_ref().map_or(0.0, |pad| pad.stiffness_n_per_m);
+        instant.over_m_per_s * pad / (pad + self.assembly.spring.stiffness_n_per_m)
+    }
+
+    /// The velocity of a sliding piece, as far as its sign is asked for. That of a creeping one is an error of its place times
+    /// how fast it finds its balance; the faster it does, the less its own velocity counts beside the one that pad and
+    /// springs would give it, which comes to rest no more than that moment earlier.
+    fn sliding_m_per_s(&self, instant: &Instant, state: &[f64], mode: &Mode) -> f64 {
+        if self.form != PieceForm::Creeping {
+            return instant.piece_m_per_s;
+        }
+        let pad = self.pad(instant.depth_m(), instant.depth_m_per_s(), state, mode);
+        let spring = self.spring(instant.piece_m, instant.piece_m_per_s, state, mode);
+        let damping = pad.damping_ns_per_m + spring.damping_ns_per_m;
+        let speed = (pad.stiffness_n_per_m + spring.stiffness_n_per_m) / damping.max(PIECE_DRAG_NS_PER_M);
+        let own = 1.0 / (1.0 + (speed / FAST_PER_S).powi(2));
+        let shared_m_per_s = self.shared_m_per_s(instant);
+        shared_m_per_s + own * (instant.piece_m_per_s - shared_m_per_s)
+    }
+
+    /// Where a creeping piece is in balance at rest, sliding with this sign: there it comes to rest.
+    fn resting_m(&self, sign: f64, instant: &Instant, state: &[f64], mode: &Mode) -> f64 {
+        let mut piece_m = instant.piece_m;
+        for _ in 0..20 {
+            let pad = self.pad(instant.over_m - piece_m, instant.over_m_per_s, state, mode);
+            let spring = self.spring(piece_m, 0.0, state, mode);
+            let part = self.rubbed_part(sign, pad.force_n);
+            let excess_n = part * pad.force_n - spring.force_n - sign * self.assembly.guide.coulomb_n;
+            let step_m = excess_n / (part * pad.stiffness_n_per_m + spring.stiffness_n_per_m);
+            piece_m += step_m;
+            if step_m.abs() <= 1e-15 {
+                break;
+            }
+        }
+        piece_m
+    }
+
+    /// What is left of a contact force (or of one of its sign) beside the friction that it causes while sliding. Tension
+    /// causes none.
+    fn rubbed_part(&self, sign: f64, contact_n: f64) -> f64 {
+        let pulled = self.pull_off_n > 0.0 && contact_n < 0.0;
+        if pulled { 1.0 } else { 1.0 - sign * self.assembly.guide.load_coefficient }
     }
 
     /// (1 − σμ)·P(x − x_p) = S(x_p) + σ·F_c, solved for x_p; its derivative by time gives the velocity.
@@ -406,7 +612,7 @@ impl System {
         let (sign, level) = match mode.guiding {
             Guiding::Sticking => {
                 instant.piece_m = mode.held_m;
-                instant.contact_n = self.pad(instant.tip_m - mode.held_m, 0.0, state, mode).force_n;
+                instant.contact_n = self.pad(instant.over_m - mode.held_m, 0.0, state, mode).force_n;
                 instant.spring_n = self.spring(mode.held_m, 0.0, state, mode).force_n;
                 instant.friction_n = instant.contact_n - instant.spring_n;
                 return;
@@ -414,15 +620,18 @@ impl System {
             Guiding::Free => (0.0, 0.0),
             Guiding::Sliding(sign) => (sign, sign * self.assembly.guide.coulomb_n),
         };
-        let part = 1.0 - sign * self.assembly.guide.load_coefficient;
+        let air_n = self.assembly.guide.air_n(self.shared_m_per_s(instant));
+        let level = level + air_n;
+        let mut part = 1.0 - sign * self.assembly.guide.load_coefficient;
         let softness = self.assembly.pad.as_ref().map_or(0.0, |pad| pad.stiffness_n_per_m);
         let mut piece_m =
-            (part * softness * instant.tip_m - level) / (part * softness + self.assembly.spring.stiffness_n_per_m);
+            (part * softness * instant.over_m - level) / (part * softness + self.assembly.spring.stiffness_n_per_m);
         let (mut pad, mut spring);
         let mut tries = 0;
         loop {
-            pad = self.pad(instant.tip_m - piece_m, 0.0, state, mode);
+            pad = self.pad(instant.over_m - piece_m, 0.0, state, mode);
             spring = self.spring(piece_m, 0.0, state, mode);
+            part = self.rubbed_part(sign, pad.force_n);
             let excess_n = part * pad.force_n - spring.force_n - level;
             let step = excess_n / (part * pad.stiffness_n_per_m + spring.stiffness_n_per_m);
             tries += 1;
@@ -432,12 +641,12 @@ impl System {
             piece_m += step;
         }
         instant.piece_m = piece_m;
-        instant.piece_m_per_s = (part * (pad.stiffness_n_per_m * instant.tip_m_per_s + pad.drift_n_per_s)
+        instant.piece_m_per_s = (part * (pad.stiffness_n_per_m * instant.over_m_per_s + pad.drift_n_per_s)
             - spring.drift_n_per_s)
             / (part * pad.stiffness_n_per_m + spring.stiffness_n_per_m);
         instant.contact_n = pad.force_n;
-        instant.spring_n = spring.force_n;
-        instant.friction_n = pad.force_n - spring.force_n;
+        instant.spring_n = spring.force_n + air_n;
+        instant.friction_n = instant.contact_n - instant.spring_n;
     }
 
     /// (1 − σμ)·P(δ, v − v_p) = S(x_p, v_p) + σ·F_c + c·(v_p − v_e), solved for v_p; v_e is the velocity that springs
@@ -445,29 +654,31 @@ impl System {
     /// step may look: there it keeps the damping positive, and with it the equation tame.
     fn creeping(&self, state: &[f64], mode: &Mode, instant: &mut Instant) {
         let piece_m = state[self.layout.piece.expect("a creeping piece has a place")];
-        let depth_m = instant.tip_m - piece_m;
+        let depth_m = instant.over_m - piece_m;
         let (sign, level) = match mode.guiding {
             Guiding::Sticking | Guiding::Free => (0.0, 0.0),
             Guiding::Sliding(sign) => (sign, sign * self.assembly.guide.coulomb_n),
         };
-        let part = 1.0 - sign * self.assembly.guide.load_coefficient;
         let sticking = mode.guiding == Guiding::Sticking;
-        let softness = self.assembly.pad.as_ref().map_or(0.0, |pad| pad.stiffness_n_per_m);
-        let likely = instant.tip_m_per_s * softness / (softness + self.assembly.spring.stiffness_n_per_m);
+        let likely = self.shared_m_per_s(instant);
+        let guide = &self.assembly.guide;
         let mut velocity = if sticking { 0.0 } else { likely };
         let mut drag = None;
         let (mut pad, mut spring);
         let mut tries = 0;
         loop {
-            pad = self.pad(depth_m, instant.tip_m_per_s - velocity, state, mode);
+            pad = self.pad(depth_m, instant.over_m_per_s - velocity, state, mode);
             spring = self.spring(piece_m, velocity, state, mode);
             tries += 1;
             if sticking || tries > 40 {
                 break;
             }
-            let damping = part * pad.damping_ns_per_m + spring.damping_ns_per_m;
+            let part = self.rubbed_part(sign, pad.force_n);
+            let air_ns_per_m = 2.0 * guide.air_ns2_per_m2 * velocity.abs();
+            let damping = part * pad.damping_ns_per_m + spring.damping_ns_per_m + air_ns_per_m;
             let drag = *drag.get_or_insert_with(|| damping.hypot(PIECE_DRAG_NS_PER_M) - damping);
-            let excess_n = part * pad.force_n - spring.force_n - level - drag * (velocity - likely);
+            let air_n = guide.air_n(velocity);
+            let excess_n = part * pad.force_n - spring.force_n - air_n - level - drag * (velocity - likely);
             let step = excess_n / (damping + drag);
             if step.abs() <= 1e-12 + 1e-10 * velocity.abs() {
                 break;
@@ -477,69 +688,86 @@ impl System {
         instant.piece_m = piece_m;
         instant.piece_m_per_s = velocity;
         instant.contact_n = pad.force_n;
-        instant.spring_n = spring.force_n;
-        instant.friction_n = pad.force_n - spring.force_n;
+        instant.spring_n = spring.force_n + guide.air_n(velocity);
+        instant.friction_n = instant.contact_n - instant.spring_n;
     }
 
-    /// m_p·ẍ_p = P − S − friction.
-    fn massive(&self, state: &[f64], mode: &Mode, instant: &mut Instant) {
+    /// m_p·(ẍ_p + ẍ_f) = P − S − friction, x_p over the frame.
+    fn massive(&self, state: &[f64], mode: &Mode, frame_n: f64, instant: &mut Instant) {
         let place = self.layout.piece.expect("a massive piece has a place");
         instant.piece_m = state[place];
         instant.piece_m_per_s = if mode.guiding == Guiding::Sticking { 0.0 } else { state[place + 1] };
         if mode.touching {
-            let depth_m = instant.tip_m - instant.piece_m;
-            instant.contact_n = self.pad(depth_m, instant.tip_m_per_s - instant.piece_m_per_s, state, mode).force_n;
+            instant.contact_n = self.pad(instant.depth_m(), instant.depth_m_per_s(), state, mode).force_n;
         }
-        instant.spring_n = self.spring(instant.piece_m, instant.piece_m_per_s, state, mode).force_n;
+        instant.spring_n = self.spring(instant.piece_m, instant.piece_m_per_s, state, mode).force_n
+            + self.assembly.guide.air_n(instant.piece_m_per_s);
         instant.friction_n = match mode.guiding {
             Guiding::Free => 0.0,
             Guiding::Sliding(sign) => sign * self.assembly.guide.sliding_n(instant.contact_n),
-            Guiding::Sticking => instant.contact_n - instant.spring_n,
+            Guiding::Sticking => {
+                let swung_kg = self.assembly.piece.map_or(0.0, |piece| piece.mass_kg);
+                let swing_n = swung_kg * self.frame_m_per_s2(frame_n, mode, instant);
+                instant.contact_n - instant.spring_n - swing_n
+            }
         };
     }
 
     /// What the cell bears.
     pub(super) fn cell_n(&self, instant: &Instant) -> f64 {
-        instant.spring_n + self.assembly.guide.cell_share * instant.friction_n
-    }
-
-    /// What the cell bears as long as nothing moves on the rig; `None` where it has to be computed.
-    pub(super) fn resting_n(&self, mode: &Mode) -> Option<f64> {
-        let rests = !mode.touching && self.form != PieceForm::Massive && mode.held_m == 0.0;
-        (rests && self.layout.spring == self.layout.len).then_some(0.0)
+        let inertia_n = self.assembly.frame.map_or(0.0, |frame| frame.on_cell_kg * instant.frame_m_per_s2);
+        instant.spring_n + self.assembly.guide.cell_share * instant.friction_n - inertia_n
     }
 
     /// For each event that this form can end with, a number that is positive until it happens.
-    pub(super) fn margins(&self, time_s: f64, state: &[f64], mode: &Mode, margins: &mut [f64; MOST_EVENTS]) -> usize {
+    /// With how many there are, the force at the cell, N.
+    pub(super) fn margins(
+        &self,
+        time_s: f64,
+        state: &[f64],
+        mode: &Mode,
+        margins: &mut [f64; MOST_EVENTS],
+    ) -> (usize, f64) {
         let instant = self.instant(time_s, state, mode);
         margins.fill(1.0);
         if mode.touching {
-            margins[0] = instant.contact_n - self.closing_n(&instant, mode);
+            margins[CONTACT_EVENT] = instant.contact_n + self.pull_off_n - self.closing_n(&instant, mode);
         } else if self.assembly.kind != Kind::Fall {
-            margins[0] = self.gap_m(&instant, state, mode);
+            margins[CONTACT_EVENT] = self.gap_m(&instant, state, mode);
         }
         if mode.touching || self.form == PieceForm::Massive {
             match mode.guiding {
                 Guiding::Free => {}
-                Guiding::Sliding(sign) => margins[1] = sign * instant.piece_m_per_s,
+                Guiding::Sliding(sign) => margins[GUIDE_EVENTS[0]] = sign * self.sliding_m_per_s(&instant, state, mode),
                 Guiding::Sticking => {
                     let holding_n = self.held_n(&instant, 2.0);
-                    margins[1] = holding_n - instant.friction_n;
-                    margins[2] = holding_n + instant.friction_n;
+                    margins[GUIDE_EVENTS[0]] = holding_n - instant.friction_n;
+                    margins[GUIDE_EVENTS[1]] = holding_n + instant.friction_n;
                 }
             }
         }
-        let mut count = 3;
+        if let (Some(ceiling), Some(link)) = (self.assembly.ceiling, self.layout.link) {
+            let [first, second] = COUPLING_EVENTS;
+            match mode.coupling {
+                Coupling::Holding => {
+                    let most_n = ceiling.force_n * (1.0 + 1e-9) + self.balance_n;
+                    margins[first] = most_n - instant.coupling_n;
+                    margins[second] = most_n + instant.coupling_n;
+                }
+                Coupling::Slipping(sign) => margins[first] = sign * (state[link + 1] - state[1]),
+            }
+        }
+        let mut count = FIRST_KNOT;
         let mut watch = |law: Option<f64>, depth_m: f64, watched: bool| {
             if let (Some(knot_m), true) = (law, watched) {
-                let beyond = mode.beyond & (1 << (count - 3)) != 0;
+                let beyond = mode.beyond & (1 << (count - FIRST_KNOT)) != 0;
                 margins[count] = if beyond { depth_m - knot_m } else { knot_m - depth_m };
             }
             count += 1;
         };
         if let Some(pad) = &self.assembly.pad {
             for law in &pad.laws {
-                watch(law.knot_m(), instant.tip_m - instant.piece_m, mode.touching);
+                watch(law.knot_m(), instant.depth_m(), mode.touching);
             }
         }
         for law in &self.assembly.spring.laws {
@@ -553,7 +781,7 @@ impl System {
             }
             count += 1;
         }
-        count
+        (count, self.cell_n(&instant))
     }
 
     /// The form (and the states) after the event with this number.
@@ -565,6 +793,7 @@ impl System {
                 mode.guiding = self.guiding_at_touch(mode.guiding);
             }
             Event::Release => self.change_guiding(time_s, state, mode),
+            Event::Coupling => self.change_coupling(time_s, state, mode),
             Event::Knot { law } => mode.beyond ^= 1 << law,
             Event::Trigger { drive } => {
                 let delay_s = self.assembly.drives[self.triggered[drive]].trigger().map_or(0.0, |t| t.delay_s);
@@ -578,9 +807,10 @@ impl System {
         let laws = self.contact_laws + self.assembly.spring.laws.len();
         match number {
             CONTACT_EVENT => Event::Contact,
-            1 | 2 => Event::Release,
-            _ if number < 3 + laws => Event::Knot { law: number - 3 },
-            _ => Event::Trigger { drive: number - 3 - laws },
+            _ if GUIDE_EVENTS.contains(&number) => Event::Release,
+            _ if COUPLING_EVENTS.contains(&number) => Event::Coupling,
+            _ if number < FIRST_KNOT + laws => Event::Knot { law: number - FIRST_KNOT },
+            _ => Event::Trigger { drive: number - FIRST_KNOT - laws },
         }
     }
 
@@ -600,7 +830,7 @@ impl System {
         if self.form == PieceForm::Massive {
             return;
         }
-        mode.held_m = if self.assembly.guide.rubs() { instant.piece_m } else { 0.0 };
+        mode.held_m = if self.assembly.guide.rubs() { self.left_m(&instant, state, mode) } else { 0.0 };
         if let Some(piece) = self.layout.piece {
             state[piece] = mode.held_m;
         }
@@ -608,6 +838,40 @@ impl System {
         for (law, spring_law) in self.assembly.spring.laws.iter().enumerate() {
             if spring_law.knot_m().is_some_and(|knot_m| mode.held_m < knot_m) {
                 mode.beyond &= !(1 << (self.contact_laws + law));
+            }
+        }
+    }
+
+    /// Where friction holds the piece when the robot has gone: where it is, or, if it was pulled out by more than that, as
+    /// far out as friction holds.
+    fn left_m(&self, instant: &Instant, state: &[f64], mode: &Mode) -> f64 {
+        let most_n = self.assembly.guide.coulomb_n;
+        if self.pull_off_n == 0.0 || instant.spring_n.abs() <= most_n {
+            return instant.piece_m;
+        }
+        let left_n = most_n.copysign(instant.spring_n);
+        depth_under(left_n, instant.piece_m, |depth_m| self.spring(depth_m, 0.0, state, mode))
+    }
+
+    /// The coupling slips with the force that it can pass on, until link and tip are equally fast.
+    fn change_coupling(&self, time_s: f64, state: &mut [f64], mode: &mut Mode) {
+        let (Some(link), Some(ceiling)) = (self.layout.link, self.assembly.ceiling) else { return };
+        match mode.coupling {
+            Coupling::Holding => {
+                mode.coupling = Coupling::Slipping(self.instant(time_s, state, mode).coupling_n.signum());
+            }
+            Coupling::Slipping(sign) => {
+                state[link + 1] = state[1];
+                if let Some(joint) = self.assembly.joint {
+                    mode.slipped_m = state[link] - state[0] - sign * ceiling.force_n / joint.stiffness_n_per_m;
+                }
+                mode.coupling = Coupling::Holding;
+                // It may have to pass on as much in the other direction at once.
+                if -sign * self.instant(time_s, state, mode).coupling_n
+                    > ceiling.force_n * (1.0 + 1e-9) + self.balance_n
+                {
+                    mode.coupling = Coupling::Slipping(-sign);
+                }
             }
         }
     }
@@ -623,9 +887,16 @@ impl System {
             Guiding::Sliding(sign) => {
                 let mut sticking = Mode { guiding: Guiding::Sticking, held_m: instant.piece_m, ..*mode };
                 if self.form == PieceForm::Carried {
-                    state[1] = 0.0;
+                    state[1] -= instant.over_m_per_s;
+                    if let (Some(link), true) = (self.layout.link, self.is_whole(mode)) {
+                        state[link + 1] = state[1];
+                    }
                 } else if let (PieceForm::Massive, Some(piece)) = (self.form, self.layout.piece) {
                     state[piece + 1] = 0.0;
+                }
+                if let (PieceForm::Creeping, Some(piece)) = (self.form, self.layout.piece) {
+                    state[piece] = self.resting_m(sign, &instant, state, mode);
+                    sticking.held_m = state[piece];
                 }
                 let at_rest = self.instant(time_s, state, &sticking);
                 // What comes to rest is not pushed on: where it seems so, it is by less than the motion is exact.
@@ -677,17 +948,20 @@ impl System {
     /// Positive while robot and rig do not touch. A pad with damping lets go before it has recovered; until then
     /// the robot may be where the pad was, and touches again only if it comes fast enough to press.
     fn gap_m(&self, instant: &Instant, state: &[f64], mode: &Mode) -> f64 {
-        let depth_m = instant.tip_m - instant.piece_m;
+        let depth_m = instant.depth_m();
         let gap_m = self.free_depth_m(state, mode) - depth_m;
         if gap_m > 0.0 {
             return gap_m;
         }
-        let rate_m_per_s = instant.tip_m_per_s - instant.piece_m_per_s;
+        let rate_m_per_s = instant.depth_m_per_s();
         let would_press = match self.form {
-            PieceForm::Carried => self.spring(instant.tip_m, instant.tip_m_per_s, state, mode),
+            PieceForm::Carried => self.spring(instant.over_m, instant.over_m_per_s, state, mode),
             _ => self.pad(depth_m, rate_m_per_s, state, mode),
         };
-        gap_m.max(-would_press.force_n / would_press.stiffness_n_per_m.abs().max(1.0))
+        // Air sucks a massless piece back more slowly than the robot leaves it; until that turns there is nothing to touch.
+        let sucked = self.assembly.guide.air_ns2_per_m2 > 0.0 && self.form != PieceForm::Massive;
+        let leaving_m = if sucked { -instant.over_m_per_s / self.pulsation_per_s() } else { f64::NEG_INFINITY };
+        gap_m.max(-would_press.force_n / would_press.stiffness_n_per_m.abs().max(1.0)).max(leaving_m)
     }
 
     /// How deep the pad stays when nothing presses on it: it has not recovered while its states have not.
@@ -739,7 +1013,7 @@ fn respond(element: &Element, depth_m: f64, rate_m_per_s: f64, beyond: u32, stat
             let states = &states[first..first + law.states()];
             first += states.len();
             if law.depends_on_rate() == with_rate {
-                let deformation = Deformation { depth_m, rate_m_per_s, beyond_knot: beyond & (1 << number) != 0 };
+                let deformation = deformation(element, depth_m, rate_m_per_s, beyond, number);
                 let added = law.respond(deformation, elastic, states);
                 if with_rate { total += added } else { elastic += added }
             }
@@ -749,11 +1023,23 @@ fn respond(element: &Element, depth_m: f64, rate_m_per_s: f64, beyond: u32, stat
     total
 }
 
+/// The deformation as the element's law with this number sees it.
+fn deformation(element: &Element, depth_m: f64, rate_m_per_s: f64, beyond: u32, number: usize) -> Deformation {
+    let beyond_knot = beyond & (1 << number) != 0;
+    Deformation {
+        depth_m,
+        rate_m_per_s,
+        linear_n_per_m: element.stiffness_n_per_m,
+        beyond_knot,
+        sticks: element.pull_off_n > 0.0,
+    }
+}
+
 fn law_rates(element: &Element, depth_m: f64, rate_m_per_s: f64, beyond: u32, states: &[f64], rates: &mut [f64]) {
     let mut first = 0;
     for (number, law) in element.laws.iter().enumerate() {
         let end = first + law.states();
-        let deformation = Deformation { depth_m, rate_m_per_s, beyond_knot: beyond & (1 << number) != 0 };
+        let deformation = deformation(element, depth_m, rate_m_per_s, beyond, number);
         law.state_rates(deformation, &states[first..end], &mut rates[first..end]);
         first = end;
     }

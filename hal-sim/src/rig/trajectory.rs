@@ -2,16 +2,21 @@
 //!
 //! The interpolant of a step is a polynomial in time. It is sampled at as many equally spaced nodes as
 //! determine it (7 for degree 6, 4 for degree 3) and kept as divided differences (Newton's form), so that
-//! nothing is lost and the solver's private coefficients are not needed.
+//! nothing is lost and the solver's private coefficients are not needed. The force at the cell is kept beside the states
+//! in the same way, so that sampling it costs one polynomial and not the balance of the whole rig.
 
 use super::motion::Mode;
+
+/// The most nodes that a step has.
+pub(super) const MOST_NODES: usize = 7;
 
 /// The steps of a motion, one after the other without gaps.
 #[derive(Debug)]
 pub(super) struct Trajectory {
-    states: usize,
+    /// The states, then the force at the cell.
+    columns: usize,
     stretches: Vec<Stretch>,
-    /// For each stretch, for each node, the states' divided differences.
+    /// For each stretch, for each node, the columns' divided differences.
     differences: Vec<f64>,
 }
 
@@ -30,30 +35,33 @@ pub(super) struct Stretch {
 
 impl Trajectory {
     pub(super) fn new(states: usize) -> Self {
-        Self { states, stretches: Vec::with_capacity(64), differences: Vec::with_capacity(64 * 8 * states) }
+        let columns = states + 1;
+        Self { columns, stretches: Vec::with_capacity(64), differences: Vec::with_capacity(64 * 8 * columns) }
     }
 
-    /// Adds a step that is given by its states at equally spaced nodes, first and last instant included.
+    /// Adds a step that is given by its states and the force at the cell (N) at equally spaced nodes, first and last instant included.
     pub(super) fn push<const N: usize>(
         &mut self,
         start_s: f64,
         step_s: f64,
         end_s: f64,
         nodes: &[[f64; N]],
+        cell_n: &[f64],
         mode: Mode,
     ) {
         let first = self.differences.len();
         let count = nodes.len();
-        for node in nodes {
-            self.differences.extend_from_slice(&node[..self.states]);
+        for (node, cell_n) in nodes.iter().zip(cell_n) {
+            self.differences.extend_from_slice(&node[..self.columns - 1]);
+            self.differences.push(*cell_n);
         }
         let table = &mut self.differences[first..];
         for order in 1..count {
             let over = (count - 1) as f64 / order as f64;
             for node in (order..count).rev() {
-                for state in 0..self.states {
-                    let here = node * self.states + state;
-                    table[here] = (table[here] - table[here - self.states]) * over;
+                for column in 0..self.columns {
+                    let here = node * self.columns + column;
+                    table[here] = (table[here] - table[here - self.columns]) * over;
                 }
             }
         }
@@ -73,15 +81,42 @@ impl Trajectory {
     pub(super) fn state(&self, stretch: usize, time_s: f64, state: &mut [f64]) {
         let stretch = &self.stretches[stretch];
         let part = (time_s - stretch.start_s) / stretch.step_s;
-        let table = &self.differences[stretch.first..stretch.first + stretch.nodes * self.states];
+        let table = &self.differences[stretch.first..stretch.first + stretch.nodes * self.columns];
         let last = stretch.nodes - 1;
-        state[..self.states].copy_from_slice(&table[last * self.states..]);
+        let states = self.columns - 1;
+        state[..states].copy_from_slice(&table[last * self.columns..][..states]);
         for node in (0..last).rev() {
             let factor = part - node as f64 / last as f64;
-            let row = &table[node * self.states..(node + 1) * self.states];
+            let row = &table[node * self.columns..][..states];
             for (value, difference) in state.iter_mut().zip(row) {
                 *value = *value * factor + difference;
             }
+        }
+    }
+
+    /// The force at the cell, N, at instants of a stretch.
+    pub(super) fn cell_n(&self, stretch: usize, times_s: &[f64], values: &mut [f64]) {
+        let stretch = &self.stretches[stretch];
+        let table = &self.differences[stretch.first..stretch.first + stretch.nodes * self.columns];
+        let last = stretch.nodes - 1;
+        let mut differences = [0.0; MOST_NODES];
+        let mut places = [0.0; MOST_NODES];
+        for (node, row) in table.chunks_exact(self.columns).enumerate() {
+            differences[node] = row[self.columns - 1];
+            places[node] = node as f64 / last as f64;
+        }
+        if differences[1..].iter().all(|difference| *difference == 0.0) {
+            values.fill(differences[0]);
+            return;
+        }
+        for (time_s, value) in times_s.iter().zip(values) {
+            let part = (time_s - stretch.start_s) / stretch.step_s;
+            let mut sum = 0.0;
+            // All nodes, also those that a shorter polynomial leaves at zero, so that the loop is unrolled.
+            for node in (0..MOST_NODES).rev() {
+                sum = sum * (part - places[node]) + differences[node];
+            }
+            *value = sum;
         }
     }
 }

@@ -276,6 +276,101 @@ impl Scene {
     }
 }
 
+/// A rig whose guide rubs, struck again and again.
+#[derive(Clone, Copy, Debug)]
+pub struct Rubbing {
+    /// Sliding force of the guide, which stays on the cell after the first blow, N.
+    pub sliding_n: f64,
+    /// Mass of the moving piece, kg.
+    pub piece_kg: f64,
+    /// Speed at contact.
+    pub speed_m_per_s: f64,
+    /// From blow to blow, s.
+    pub every_s: f64,
+}
+
+/// What came of one of its blows, as errors against the truth.
+#[derive(Clone, Copy, Debug)]
+pub struct Struck {
+    /// The event.
+    pub event: Event,
+    /// Sensed less true instant at which the force at the cell begins to rise, s.
+    pub contact_s: f64,
+    /// Sensed less true instant at which it is back, s.
+    pub separation_s: f64,
+    /// Sensed less true peak, N.
+    pub peak_n: f64,
+    /// Sensed over true impulse at the cell, less 1.
+    pub impulse: f64,
+}
+
+impl Rubbing {
+    /// A chest pad of 80 kN/m on springs of 25 kN/m.
+    fn strike(&self) -> Impact {
+        let mut effects = vec![format!("guide-friction:force_N={}", self.sliding_n)];
+        effects.extend((self.piece_kg > 0.0).then(|| format!("moving-piece-inertia:mass_kg={}", self.piece_kg)));
+        let effects: Vec<Effect> = effects.iter().map(|effect| effect.parse().expect("listed")).collect();
+        Rig::impact(25_000.0)
+            .with_pad(80_000.0)
+            .strike(&Approach::new(self.speed_m_per_s, MASS_KG), &effects, 0.5, Accuracy::default())
+            .expect("a usual rig")
+    }
+
+    /// What stays on the cell after a blow, N.
+    pub fn rest_n(&self) -> f64 {
+        let impact = self.strike();
+        impact.force_n(impact.end_s())
+    }
+
+    /// All events of so many blows, in the order of time, and the number of alarms; then `idle_s` of rest.
+    pub fn blows(&self, count: u32, idle_s: f64, seed: u64) -> (Vec<Struck>, usize) {
+        let impact = Rc::new(self.strike());
+        let rest_n = impact.force_n(impact.end_s());
+        let truth = impact.truth();
+        let ends_s = truth.contacts.iter().filter_map(|contact| contact.end_s).fold(0.0, f64::max);
+        let mut scene = Scene::new(Region::Chest, seed);
+        let first_s = (scene.world.now().as_micros() as f64 * 1e-6).floor() + 1.0;
+        let contacts_s: Vec<f64> =
+            (0..count).map(|n| first_s + f64::from(n) * self.every_s + 1e-5 * f64::from(n * 7 % 5)).collect();
+        for (number, contact_s) in contacts_s.iter().enumerate() {
+            let impact = impact.clone();
+            // The guide holds the piece where the blow before has left it: the next one is felt from there on.
+            let held_n = if number == 0 { 0.0 } else { rest_n };
+            let lasts_s = if number == 0 { f64::MAX } else { impact.end_s() };
+            scene.blows.strike(*contact_s, lasts_s, move |since_s| {
+                let force_n = impact.force_n(since_s) - held_n;
+                if number == 0 { force_n } else { force_n.max(0.0) }
+            });
+        }
+        let end_s = contacts_s[contacts_s.len() - 1] + 1.0 + idle_s;
+        let (mut events, mut alarms) = (Vec::new(), 0);
+        while (scene.world.now().as_micros() as f64) < end_s * 1e6 {
+            scene.world.run_for(Duration::from_millis(200)).expect("the firmware lives");
+            let (alarms_s, summaries) = scene.collect();
+            alarms += alarms_s.len();
+            events.extend(summaries.iter().map(|summary| u32::from(summary.number)));
+        }
+        let struck = events.into_iter().enumerate().map(|(blow, number)| {
+            let event = scene.event(number);
+            let since_start_s = scene.world.board(scene.board).instant_of(0).as_micros() as f64 * 1e-6;
+            let sensed_s = since_start_s + event.contact_instant.seconds(Hertz(SAMPLE_RATE_HZ as f32));
+            let held_n = if blow == 0 { 0.0 } else { rest_n };
+            let begins_s = (0..).map(|step| f64::from(step) * 1e-6).find(|at_s| impact.force_n(*at_s) > held_n + 1e-6);
+            let begins_s = begins_s.expect("a blow is stronger than the rest");
+            let contact_s = contacts_s.get(blow).copied().unwrap_or(f64::NAN);
+            let impulse_ns = integral(&impact, ends_s) - integral(&impact, begins_s);
+            Struck {
+                event,
+                contact_s: sensed_s - contact_s - begins_s,
+                separation_s: sensed_s + f64::from(event.duration.0) - contact_s - ends_s,
+                peak_n: f64::from(event.raw_peak.0) - truth.peak_n,
+                impulse: f64::from(event.impulse.0) / impulse_ns - 1.0,
+            }
+        });
+        (struck.collect(), alarms)
+    }
+}
+
 /// Spikes of one sample a second while idling.
 pub const SPIKES_PER_S: f32 = 1.0;
 

@@ -175,7 +175,7 @@ pub fn prepare(
     let tail = (LONGEST_AFTER_S * rate).ceil() as u64;
     if cut {
         notes.push(format!(
-            "it ends at {} s while {:.1} N act: the rest of that contact is not known, it is marked truncated",
+            "it ends at {} s while {:.1} N act: a contact that lasts until then is cut, and marked truncated",
             times[times.len() - 1],
             last.values[last.values.len() - 1] - quiet.level()
         ));

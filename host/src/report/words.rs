@@ -38,6 +38,9 @@ fn explain_flag(flag: Flags) -> &'static str {
         Flags::SHORT_PULSE => {
             "The verdict filter took more than 10 % off the raw peak: the pulse is shorter than the filter can follow."
         }
+        Flags::REST => {
+            "Friction held a rest of some newtons before or after the contact. Peak and impulse count from the true zero."
+        }
         _ => "",
     }
 }

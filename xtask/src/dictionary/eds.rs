@@ -6,7 +6,7 @@
 use std::fmt::Write as _;
 
 use thud_firmware::dictionary::access::TPDOS;
-use thud_firmware::dictionary::object::{OBJECTS, Object, Sub};
+use thud_firmware::dictionary::object::{OBJECTS, Object, Sub, hash, type_number};
 use thud_firmware::dictionary::{PRODUCT_CODE, REVISION_NUMBER, settings};
 use zencan_common::objects::{AccessType, DataType, ObjectCode, PdoMappable};
 
@@ -34,9 +34,11 @@ fn head(text: &mut String) -> std::fmt::Result {
     writeln!(
         text,
         "; Written by `cargo xtask dictionary` from the firmware's object dictionary; changes here are lost.\n\
+         ; Dictionary hash 0x{:08X}: a sensor whose object 0x2402:7 says the same is described by this file.\n\
          [FileInfo]\nFileName=thud.eds\nFileVersion={major}\nFileRevision={minor}\nEDSVersion=4.0\n\
          Description=thud impact sensor\nCreationTime=12:00AM\nCreationDate=01-01-2026\nCreatedBy=thud\n\
-         ModificationTime=12:00AM\nModificationDate=01-01-2026\nModifiedBy=thud\n"
+         ModificationTime=12:00AM\nModificationDate=01-01-2026\nModifiedBy=thud\n",
+        hash()
     )?;
     writeln!(
         text,
@@ -126,7 +128,7 @@ fn entry(text: &mut String, object: &Object, sub: &Sub) -> std::fmt::Result {
         (AccessType::Rw, PdoMappable::Rpdo) => "rww",
         (AccessType::Rw, _) => "rw",
     };
-    writeln!(text, "DataType=0x{:04X}\nAccessType={access}", number(sub.kind))?;
+    writeln!(text, "DataType=0x{:04X}\nAccessType={access}", type_number(sub.kind))?;
     if let Some((low, high)) = settings::limits(object.index, sub.sub) {
         writeln!(text, "LowLimit={low}\nHighLimit={high}")?;
     }
@@ -142,30 +144,4 @@ fn entry(text: &mut String, object: &Object, sub: &Sub) -> std::fmt::Result {
         writeln!(text, "Unit={unit}")?;
     }
     Ok(())
-}
-
-/// The number of a data type, CiA 301 table 44.
-fn number(kind: DataType) -> u16 {
-    match kind {
-        DataType::Boolean => 0x01,
-        DataType::Int8 => 0x02,
-        DataType::Int16 => 0x03,
-        DataType::Int32 => 0x04,
-        DataType::UInt8 => 0x05,
-        DataType::UInt16 => 0x06,
-        DataType::UInt32 => 0x07,
-        DataType::Real32 => 0x08,
-        DataType::VisibleString => 0x09,
-        DataType::OctetString => 0x0A,
-        DataType::UnicodeString => 0x0B,
-        DataType::TimeOfDay => 0x0C,
-        DataType::TimeDifference => 0x0D,
-        DataType::Domain => 0x0F,
-        DataType::Int24 => 0x10,
-        DataType::Real64 => 0x11,
-        DataType::Int64 => 0x15,
-        DataType::UInt24 => 0x16,
-        DataType::UInt64 => 0x1B,
-        DataType::Other(other) => other,
-    }
 }

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use thud_firmware::capture::{CAPTURE, pre_trigger};
 use thud_firmware::configuration::Chain;
-use thud_firmware::dictionary::object::OBJECTS;
+use thud_firmware::dictionary::object::{OBJECTS, hash};
 use thud_firmware::dictionary::{PRODUCT_CODE, REVISION_NUMBER};
 
 use crate::bit_timing;
@@ -16,11 +16,12 @@ use crate::bit_timing;
 pub fn print(to: &mut impl Write) -> io::Result<()> {
     let rate = Chain::REFERENCE.sample_rate.0;
     writeln!(to, "This is the firmware of the thud sensor board (STM32G474RE). With a board and probe-rs:")?;
-    writeln!(to, "    cargo run --release -p thud-firmware --target thumbv7em-none-eabihf")?;
+    writeln!(to, "    cargo flash")?;
     writeln!(to, "Without one, `cargo run --release -- sensor` runs the same logic on a simulated board.")?;
     writeln!(to)?;
     writeln!(to, "product code     0x{PRODUCT_CODE:08X}")?;
     writeln!(to, "revision number  0x{REVISION_NUMBER:08X}")?;
+    writeln!(to, "dictionary hash  0x{:08X}", hash())?;
     writeln!(to, "version          {}", env!("CARGO_PKG_VERSION"))?;
     writeln!(
         to,

@@ -14,6 +14,8 @@
 // Without a chip in them, so that the desktop's tests reach them.
 mod bit_timing;
 #[cfg(any(test, target_os = "none"))]
+mod call_chain;
+#[cfg(any(test, target_os = "none"))]
 mod conversion;
 #[cfg(any(test, target_os = "none"))]
 mod panic_record;

@@ -1,6 +1,5 @@
 //! What ends everything: panics and faults leave a record and reset; a torn word of flash does not end anything.
 
-use core::fmt;
 use core::panic::PanicInfo;
 
 use cortex_m::peripheral::{DCB, SCB};
@@ -8,27 +7,26 @@ use cortex_m_rt::{ExceptionFrame, exception};
 use embassy_stm32::pac::FLASH;
 
 use super::memory;
+use crate::panic_record::End;
 
+/// What the panic says is not looked at: see [`crate::panic_record`].
 #[panic_handler]
-fn panicked(information: &PanicInfo<'_>) -> ! {
+fn panicked(_: &PanicInfo<'_>) -> ! {
     cortex_m::interrupt::disable();
-    match information.location() {
-        Some(at) => end(format_args!("{}:{}: {}", at.file(), at.line(), information.message())),
-        None => end(format_args!("{}", information.message())),
-    }
+    end(End::Panic, 0, None)
 }
 
 /// Also an overflow of the stack, if the processor can still get here; if not, it locks up and the watchdog bites.
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     let status = unsafe { (*SCB::PTR).cfsr.read() };
-    end(format_args!("hard fault at 0x{:08X}, called from 0x{:08X}, CFSR 0x{status:08X}", frame.pc(), frame.lr()))
+    end(End::HardFault, status, Some(frame))
 }
 
 /// An interrupt that nobody expects.
 #[exception]
 unsafe fn DefaultHandler(number: i16) -> ! {
-    end(format_args!("interrupt {number} has no handler"))
+    end(End::Interrupt, number as u32, None)
 }
 
 /// Flash that lost its power while a word was written cannot be corrected, and the G4 says so by an NMI when it is read
@@ -38,15 +36,17 @@ unsafe fn DefaultHandler(number: i16) -> ! {
 unsafe fn NonMaskableInt() {
     let status = FLASH.eccr().read();
     if !status.eccd() && !status.eccd2() {
-        end(format_args!("NMI, but not from flash"));
+        end(End::NonMaskable, 0, None);
     }
     // Both are cleared by writing ones.
     FLASH.eccr().write_value(status);
 }
 
-fn end(words: fmt::Arguments<'_>) -> ! {
-    memory::kept().keep(words);
-    defmt::error!("{}", defmt::Display2Format(&words));
+/// Keeps where it happened and who had called, and resets.
+fn end(end: End, detail: u32, frame: Option<&ExceptionFrame>) -> ! {
+    let here = frame.map(|frame| [frame.pc(), frame.lr()]);
+    memory::kept().keep(end, detail, here.into_iter().flatten().chain(memory::call_chain()));
+    // Not logged here, where it may be the log that has failed, but after the reset.
     if DCB::is_debugger_attached() {
         cortex_m::asm::bkpt();
     }

@@ -9,7 +9,7 @@ use crate::reset_flags::Traces;
 /// Place of the NUCLEO-G474RE in the list of object 0x1009; 0 is the simulation.
 const HARDWARE_REVISION: u32 = 1;
 
-/// Reads it. Once, because reading the traces of the reset removes them (not the panic's text).
+/// Reads it. Once, because reading the traces of the reset removes them (not the panic's record).
 pub fn read() -> Identity {
     let flags = RCC.csr().read();
     RCC.csr().modify(|csr| csr.set_rmvf(true));
@@ -19,10 +19,15 @@ pub fn read() -> Identity {
         software: flags.sftrstf(),
         brown_out: flags.borrstf(),
         pin: flags.pinrstf(),
-        panicked: kept.text().is_some(),
+        panicked: kept.kept().is_some(),
         memory_kept: kept.memory_kept(),
     };
-    Identity { serial: serial(), hardware_revision: HARDWARE_REVISION, reset_cause: traces.cause() }
+    Identity {
+        serial: serial(),
+        hardware_revision: HARDWARE_REVISION,
+        build: memory::build(),
+        reset_cause: traces.cause(),
+    }
 }
 
 /// CRC-32 of the chip's 96-bit unique id: 32 bits as object 0x1018:4 wants them, from all of the id, of which the wafer's

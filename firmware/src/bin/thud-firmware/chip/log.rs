@@ -1,6 +1,6 @@
 //! The log that `probe-rs` shows: what happened, not how. Read from what the tasks share, so that nothing waits for a log.
 
-use defmt::{Debug2Format, info, warn};
+use defmt::{info, warn};
 use defmt_rtt as _;
 use embassy_time::{Duration, Ticker};
 use thud_firmware::shared::Shared;
@@ -11,11 +11,12 @@ const PERIOD: Duration = Duration::from_millis(100);
 pub fn start<const N: usize>(shared: &Shared<N>) {
     let identity = shared.identity;
     info!(
-        "thud {=str} build {=str}, serial {=u32:08x}, started by {}",
+        "thud {=str} {=str}, build {=u64:016x}, serial {=u32:08x}, started by {}",
         env!("CARGO_PKG_VERSION"),
         env!("THUD_BUILD"),
+        identity.build,
         identity.serial,
-        Debug2Format(&identity.reset_cause),
+        identity.reset_cause,
     );
     let active = shared.active();
     info!("configuration revision {=u32}, hash {=u32:08x}", active.revision, active.hash);
@@ -31,13 +32,13 @@ pub async fn run<const N: usize>(shared: &Shared<N>) -> ! {
         ticker.next().await;
         while let Some(event) = shared.event(next_event) {
             info!(
-                "event {=u32}: impact {=u32}, peak {=f32} N ({=f32} N unfiltered), impulse {=f32} Ns, {}",
+                "event {=u32}: impact {=u32}, peak {=f32} N ({=f32} N unfiltered), impulse {=f32} Ns, {=str}",
                 event.number,
                 event.impact,
                 event.peak.0,
                 event.raw_peak.0,
                 event.impulse.0,
-                Debug2Format(&event.severity.verdict),
+                event.severity.verdict.name(),
             );
             next_event += 1;
         }
@@ -51,7 +52,7 @@ pub async fn run<const N: usize>(shared: &Shared<N>) -> ! {
         }
         let now = shared.counters();
         if now != counters {
-            warn!("losses: {}", Debug2Format(&now));
+            warn!("losses: {}", now);
             counters = now;
         }
     }

@@ -8,6 +8,7 @@ use thud_firmware::capture::{CAPTURE, Captures};
 use thud_firmware::node::NodeMemory;
 use thud_firmware::shared::Shared;
 
+use crate::call_chain::is_return_address;
 use crate::panic_record::PanicRecord;
 
 /// The force curves: static because they are more than half of all memory, and because sampler, evaluator and node share them.
@@ -30,4 +31,34 @@ static mut KEPT: MaybeUninit<PanicRecord> = MaybeUninit::uninit();
 #[expect(unsafe_code, reason = "any bytes are a record; the callers are never two at a time, see above")]
 pub fn kept() -> &'static mut PanicRecord {
     unsafe { &mut *(&raw mut KEPT).cast::<PanicRecord>() }
+}
+
+/// First eight bytes of the build id, as `cargo xtask size` and `readelf -n` show it: the linker's hash of the whole program.
+#[expect(unsafe_code, reason = "a note that the linker has written into flash")]
+pub fn build() -> u64 {
+    unsafe extern "C" {
+        // Three words of lengths and type, "GNU\0", then the hash: memory.x.
+        static _build_note: [u8; 24];
+    }
+    let [.., a, b, c, d, e, f, g, h] = unsafe { *(&raw const _build_note) };
+    u64::from_be_bytes([a, b, c, d, e, f, g, h])
+}
+
+/// The addresses to which the calls on the stack would return, the innermost first; see [`crate::call_chain`].
+#[expect(unsafe_code, reason = "stack and program as the linker placed them; both are readable memory")]
+pub fn call_chain() -> impl Iterator<Item = u32> {
+    unsafe extern "C" {
+        static _stack_start: u32;
+        static _stack_end: u32;
+        static __stext: u32;
+        static __etext: u32;
+    }
+    let address = |symbol: *const u32| symbol as u32;
+    let program = address(&raw const __stext)..address(&raw const __etext);
+    // A stack that has overflowed is looked at as far as it is memory.
+    let from = cortex_m::register::msp::read().max(address(&raw const _stack_end)) & !3;
+    (from..address(&raw const _stack_start))
+        .step_by(4)
+        .map(|at| unsafe { (at as *const u32).read_volatile() })
+        .filter(move |word| is_return_address(*word, &program, |at| unsafe { (at as *const u16).read() }))
 }

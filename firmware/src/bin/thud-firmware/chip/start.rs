@@ -23,8 +23,8 @@ const ONE: &str = "a task was started twice";
 async fn main(thread: Spawner) {
     let watchdog = BoardWatchdog::unleash();
     let identity = identity::read();
-    if let Some(words) = memory::kept().text() {
-        error!("before the reset: {=str}", words);
+    if let Some((end, detail, addresses)) = memory::kept().kept() {
+        error!("before the reset: {}, detail {=u32:#x}; cargo xtask where {=[?]:#x}", end, detail, addresses);
     }
     memory::kept().forget();
     let chip = embassy_stm32::init(clocks::config());

@@ -1,0 +1,80 @@
+//! The pad is tacky: the robot has to pull before it comes off.
+//!
+//! A contact ends where P = −F_a instead of P = 0. Until then pad and springs are stretched, so that the cell sees a
+//! brief tension; then the robot is free at once, with F_a²/2k less energy, and a massless piece is back at rest (as far
+//! as friction lets it).
+//!
+//! Source: pull-off force of adhesive contact, K. L. Johnson, K. Kendall, A. D. Roberts, Proc. R. Soc. A 324 (1971) 301,
+//! whose jump into contact is left out: over millimetres of stroke it is not seen.
+
+use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use crate::rig::Assembly;
+
+pub(super) static MECHANISM: Mechanism = Mechanism {
+    id: "adhesion",
+    group: Group::Contact,
+    site: Site::Pad,
+    equation: "the contact ends at P = −F_a instead of P = 0",
+    source: "pull-off force, Johnson, Kendall and Roberts (1971); 2 to 10 N for soft silicone and polyurethane",
+    parameters: &[Parameter {
+        name: "pull_off_N",
+        unit: "N",
+        meaning: "tension F_a at which the robot comes off",
+        null: Some(0.0),
+        range: (0.0, 200.0),
+        plausible: (0.2, 20.0),
+        typical: 4.0,
+        scale: Scale::Logarithmic,
+    }],
+    signature: "the force goes below zero at release, the more slowly the softer the rig, and jumps back from one value",
+    confused_with: &["piezo-discharge", "moving-piece-inertia", "filter-lag"],
+    separated_by: "talc on the pad; an undershoot of the chain lasts for seconds and grows with the impulse",
+    enter,
+};
+
+fn enter(effect: &Effect, assembly: &mut Assembly) {
+    assembly.pad.as_mut().unwrap_or(&mut assembly.spring).pull_off_n += effect.value(0);
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::mechanism::tests::{near, strike};
+    use crate::rig::Rig;
+
+    /// The half sine goes on below zero to −F_a; what is stretched there is lost.
+    #[test]
+    fn the_pulse_goes_on_to_the_pull_off_force_and_the_stretch_is_lost() {
+        for rig in [Rig::impact(25e3), Rig::impact(25e3).with_pad(80e3)] {
+            let (k, mass, speed) = (rig.effective_stiffness_n_per_m(), 6.0, 0.25);
+            let impact = strike(rig, speed, mass, &["adhesion:pull_off_N=5"]);
+            let contact = impact.truth().contacts[0];
+            let (pulsation, peak) = ((k / mass).sqrt(), speed * (k * mass).sqrt());
+            let end = contact.end_s.unwrap();
+            near("end", end, (std::f64::consts::PI + (5.0 / peak).asin()) / pulsation, 1e-8);
+            near("just before", impact.force_n(end - 1e-7), -5.0, 1e-3);
+            assert_eq!(impact.force_n(end + 1e-7), 0.0);
+            near("loss", contact.loss_j, 25.0 / 2.0 / k, 1e-8);
+        }
+    }
+
+    /// With loss on the pad too, the tension is reached and no energy comes from nowhere; friction keeps its hold.
+    #[test]
+    fn it_pulls_with_damping_friction_and_a_moving_piece() {
+        let rig = Rig::impact(25e3).with_pad(80e3);
+        for other in ["hunt-crossley-damping", "viscous-damping", "pad-relaxation", "guide-friction", "stiction"] {
+            let without = strike(rig, 0.25, 6.0, &[other]).truth().contacts[0];
+            let impact = strike(rig, 0.25, 6.0, &[other, "adhesion:pull_off_N=5"]);
+            let contact = impact.truth().contacts[0];
+            let end = contact.end_s.unwrap();
+            near(other, impact.value(crate::rig::Quantity::ContactForce, end - 1e-7), -5.0, 0.01);
+            assert!(contact.loss_j > without.loss_j, "{other}: {} {}", contact.loss_j, without.loss_j);
+            near("peak", contact.peak_n, without.peak_n, 1e-4);
+        }
+        // The springs are pulled beyond what friction of 2 N holds, so 2 N of tension remain.
+        let held = strike(rig, 0.25, 6.0, &["guide-friction:force_N=2", "adhesion:pull_off_N=8"]);
+        near("held", held.force_n(0.29), -2.0, 1e-6);
+        let ringing = strike(rig, 0.25, 6.0, &["moving-piece-inertia", "adhesion:pull_off_N=5"]);
+        let end = ringing.truth().contacts.last().unwrap().end_s.unwrap();
+        near("ringing", ringing.value(crate::rig::Quantity::ContactForce, end - 1e-8), -5.0, 0.01);
+    }
+}

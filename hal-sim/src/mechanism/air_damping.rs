@@ -1,0 +1,82 @@
+//! The piece pushes the air out of its housing, and sucks it back: a drag by the square of its speed.
+//!
+//! F = c·v·|v|, v the rate of the stroke. The housing stands on the cell, which bears the air's pressure like the springs'
+//! force. A massless piece behind a pad would find its balance with this drag within 2c·v/(k_pad + k_body), less than
+//! 0.1 ms; that lag is left out, v is the rate at which the springs alone would share the robot's speed.
+//!
+//! Source: pressure loss of a turbulent flow through an opening; 1 N at 0.25 m/s, which is c = 16 N·s²/m².
+
+use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use crate::rig::Assembly;
+
+pub(super) static MECHANISM: Mechanism = Mechanism {
+    id: "air-damping",
+    group: Group::Contact,
+    site: Site::Guide,
+    equation: "F = c·v·|v|, v the rate of the stroke of the body springs",
+    source: "orifice loss of the air in the housing; 1 N at 0.25 m/s",
+    parameters: &[Parameter {
+        name: "drag_Ns2_per_m2",
+        unit: "N·s²/m²",
+        meaning: "force per square of the speed",
+        null: Some(0.0),
+        range: (0.0, 1000.0),
+        plausible: (1.0, 100.0),
+        typical: 16.0,
+        scale: Scale::Logarithmic,
+    }],
+    signature: "a step of the force at contact that grows with the square of the speed, and less force on the way out",
+    confused_with: &["viscous-damping", "hunt-crossley-damping", "guide-friction"],
+    separated_by: "open or block the vents; at twice the speed four times the force is lost, where a dashpot takes twice",
+    enter,
+};
+
+fn enter(effect: &Effect, assembly: &mut Assembly) {
+    assembly.guide.air_ns2_per_m2 += effect.value(0);
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::mechanism::tests::{near, strike};
+    use crate::rig::Rig;
+
+    /// m·v·dv/dx = −k·x − c·v²: v² = v₀²·e^(−2cx/m) − (k/c)·x + (k·m/2c²)(1 − e^(−2cx/m)), zero at the top; the
+    /// same on the way back with −c, up to where k·x = c·v².
+    #[test]
+    fn the_stroke_is_that_of_the_closed_form() {
+        let (k, mass, speed, drag) = (25e3_f64, 6.0, 0.5, 60.0);
+        let contact = strike(Rig::impact(k), speed, mass, &["air-damping:drag_Ns2_per_m2=60"]).truth().contacts[0];
+        let square = |x: f64, from: f64, start: f64, drag: f64| {
+            let fade = (-2.0 * drag * (x - from) / mass).exp();
+            let particular = |x: f64| -k / drag * x + k * mass / (2.0 * drag * drag);
+            (start * start - particular(from)) * fade + particular(x)
+        };
+        let top = contact.stroke_m;
+        near("at the top", square(top, 0.0, speed, drag), 0.0, 1e-6);
+        // The contact ends before the springs are at rest, where their force is that of the air.
+        let end = contact.end_s.unwrap();
+        let impact = strike(Rig::impact(k), speed, mass, &["air-damping:drag_Ns2_per_m2=60"]);
+        let left = impact.value(crate::rig::Quantity::Position, end);
+        let after = contact.speed_after_m_per_s;
+        near("on the way back", square(left, top, 0.0, -drag), after * after, 1e-6);
+        near("at the end", k * left, drag * after * after, 1e-3);
+        near("step", impact.force_n(0.0), drag * speed * speed, 1e-9);
+    }
+
+    /// Behind a pad, on a body of its own, and with friction: what the robot loses is what the contact's work says.
+    #[test]
+    fn the_robot_loses_what_the_contact_takes() {
+        let rig = Rig::impact(25e3).with_pad(80e3);
+        let drag = "air-damping:drag_Ns2_per_m2=16";
+        for others in [&[][..], &["guide-friction"], &["moving-piece-inertia"], &["hunt-crossley-damping"]] {
+            let with: Vec<&str> = others.iter().copied().chain([drag]).collect();
+            let truth = strike(rig, 0.4, 6.0, &with).truth();
+            let without = strike(rig, 0.4, 6.0, others).truth();
+            let loss: f64 = truth.contacts.iter().map(|contact| contact.loss_j).sum();
+            let after = truth.contacts.last().unwrap().speed_after_m_per_s;
+            near("loss", loss, 0.5 * 6.0 * (0.16 - after * after), 2e-5);
+            let less: f64 = without.contacts.iter().map(|contact| contact.loss_j).sum();
+            assert!(loss > less + 1e-3, "{others:?}: {loss} {less}");
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! The table under the rig yields and swings: a second body below the springs.
+//!
+//! ```text
+//!  piece──body springs──[mass on cell m_c][load cell]──[frame m_f]──k_f, c_f──ground
+//! ```
+//!
+//! m_f·ẍ_f = S + F_f − k_f·x_f − c_f·ẋ_f, the stroke is x_p − x_f, k_f = 1/compliance, c_f = 2ζ·√(k_f·m_f). The cell stands
+//! between springs and frame: it bears the springs' force and, since it swings with the frame, the inertia of what is
+//! screwed on its measuring side: F = S − m_c·ẍ_f. By the latter the swing is seen after release as well.
+//!
+//! Source: two bodies; stands and tables of 10 to 30 kg on 1 to 20 N/µm swing at 40 to 300 Hz.
+
+use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use crate::rig::{Assembly, Frame};
+
+pub(super) static MECHANISM: Mechanism = Mechanism {
+    id: "frame-compliance",
+    group: Group::Bodies,
+    site: Site::Base,
+    equation: "m_f·d²x_f/dt² = S + F_f − x_f/C − c_f·dx_f/dt, c_f = 2ζ·sqrt(m_f/C); the cell bears S − m_c·d²x_f/dt²",
+    source: "two bodies; 1 to 20 N/µm, 10 to 30 kg, 40 to 300 Hz",
+    parameters: &[
+        Parameter {
+            name: "compliance_m_per_N",
+            unit: "m/N",
+            meaning: "how far the frame yields per force, C = 1/k_f",
+            null: Some(0.0),
+            range: (1e-9, 1e-5),
+            plausible: (3e-8, 2e-6),
+            typical: 2e-7,
+            scale: Scale::Logarithmic,
+        },
+        Parameter {
+            name: "mass_kg",
+            unit: "kg",
+            meaning: "mass m_f that swings",
+            null: None,
+            range: (0.5, 1000.0),
+            plausible: (5.0, 50.0),
+            typical: 20.0,
+            scale: Scale::Logarithmic,
+        },
+        Parameter {
+            name: "damping_ratio",
+            unit: "1",
+            meaning: "damping ζ of the frame's own mode",
+            null: None,
+            range: (0.0, 0.7),
+            plausible: (0.003, 0.15),
+            typical: 0.03,
+            scale: Scale::Logarithmic,
+        },
+        Parameter {
+            name: "mass_on_cell_kg",
+            unit: "kg",
+            meaning: "mass m_c between springs and cell, part of m_f",
+            null: None,
+            range: (0.0, 20.0),
+            plausible: (0.02, 2.0),
+            typical: 0.3,
+            scale: Scale::Logarithmic,
+        },
+    ],
+    signature: "a slight ring at one frequency from the first instant on, which goes on after release; the stiffness seems a little lower",
+    confused_with: &["moving-piece-inertia", "joint-elasticity", "mains-hum"],
+    separated_by: "a tap on the frame excites it; a mass added to the piece leaves its frequency, other springs hardly move it",
+    enter,
+};
+
+fn enter(effect: &Effect, assembly: &mut Assembly) {
+    let (stiffness_n_per_m, mass_kg) = (1.0 / effect.value(0), effect.value(1));
+    assembly.frame = Some(Frame {
+        mass_kg,
+        stiffness_n_per_m,
+        damping_ns_per_m: 2.0 * effect.value(2) * (stiffness_n_per_m * mass_kg).sqrt(),
+        on_cell_kg: effect.value(3),
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::mechanism::tests::{near, strike};
+    use crate::rig::{Quantity, Rig};
+
+    /// Two masses on two springs: the robot's motion is the sum of the two modes of the pair.
+    #[test]
+    fn robot_and_frame_swing_in_their_two_modes() {
+        let (k, mass, speed, frame_kg, frame_k) = (75e3_f64, 6.0, 0.3, 15.0, 2e6);
+        let effect = "frame-compliance:compliance_m_per_N=5e-7,mass_kg=15,damping_ratio=0,mass_on_cell_kg=0";
+        let impact = strike(Rig::impact(k), speed, mass, &[effect]);
+        // λ = ω²: (k − λm)(k + k_f − λm_f) = k²; shape x_f/x = 1 − λm/k.
+        let (b, c) = (k / mass + (k + frame_k) / frame_kg, k * frame_k / (mass * frame_kg));
+        let root = (b * b - 4.0 * c).sqrt();
+        let modes = [(b - root) / 2.0, (b + root) / 2.0].map(|square| (square.sqrt(), 1.0 - square * mass / k));
+        // x = Σ a·sin(ωt): Σ a·ω = v and Σ a·ω·shape = 0.
+        let share = -modes[1].1 / (modes[0].1 - modes[1].1);
+        let amplitudes = [speed * share / modes[0].0, speed * (1.0 - share) / modes[1].0];
+        let end = impact.contact_intervals()[0].1.unwrap();
+        for part in 0..50 {
+            let time = end * f64::from(part) / 50.0;
+            let stroke: f64 =
+                modes.iter().zip(amplitudes).map(|((w, shape), a)| a * (w * time).sin() * (1.0 - shape)).sum();
+            near("force", impact.force_n(time), k * stroke, 2e-4);
+        }
+    }
+
+    /// What the cell carries shows the free swing at the frame's frequency, damped by its ratio; without it the cell is
+    /// silent after release.
+    #[test]
+    fn the_swing_goes_on_after_release_on_what_the_cell_carries() {
+        let with = |kg: f64| {
+            let effect =
+                format!("frame-compliance:compliance_m_per_N=2e-7,mass_kg=20,damping_ratio=0.01,mass_on_cell_kg={kg}");
+            strike(Rig::impact(75e3).with_pad(900e3), 0.3, 6.0, &[&effect])
+        };
+        let (silent, swinging) = (with(0.0), with(0.5));
+        let end = silent.contact_intervals()[0].1.unwrap();
+        assert_eq!(silent.force_n(end + 0.01), 0.0);
+        let pulsation = (5e6_f64 / 20.0).sqrt() * (1.0_f64 - 1e-4).sqrt();
+        let period = std::f64::consts::TAU / pulsation;
+        let decay = (-std::f64::consts::TAU * 0.01 / (1.0_f64 - 1e-4).sqrt()).exp();
+        let mut highest = 0.0_f64;
+        for part in 0..20 {
+            let time = end + 0.01 + f64::from(part) * 1e-3;
+            near("next period", swinging.force_n(time + period), decay * swinging.force_n(time), 1e-4);
+            highest = highest.max(swinging.force_n(time).abs());
+        }
+        assert!(highest > 0.05, "{highest}");
+    }
+
+    /// A stiff frame is none; a heavy piece, friction and damping do not change that.
+    #[test]
+    fn a_stiff_frame_is_no_frame() {
+        let rig = Rig::impact(25e3).with_pad(80e3);
+        let stiff = "frame-compliance:compliance_m_per_N=1e-9,mass_kg=20,damping_ratio=0.3,mass_on_cell_kg=0";
+        let others =
+            ["moving-piece-inertia", "guide-friction", "hunt-crossley-damping", "pad-relaxation", "joint-elasticity"];
+        for other in others {
+            let (without, with) = (strike(rig, 0.25, 6.0, &[other]), strike(rig, 0.25, 6.0, &[other, stiff]));
+            for part in 1..60 {
+                let time = f64::from(part) * 1e-3;
+                near(other, with.force_n(time), without.force_n(time), 0.02);
+            }
+        }
+        // On a bare spring friction holds the robot on the frame, and there they swing as one.
+        let held = ["guide-friction:force_N=40", "robot-push:force_N=30,rise_time_s=0.01"];
+        let soft = "frame-compliance:compliance_m_per_N=1e-6,mass_kg=20,damping_ratio=0.1,mass_on_cell_kg=0";
+        let impact = strike(Rig::impact(25e3), 0.05, 6.0, &[held[0], held[1], soft]);
+        near("pressed by", impact.value(Quantity::ContactForce, 0.299), 30.0, 0.5);
+    }
+}

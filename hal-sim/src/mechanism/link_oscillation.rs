@@ -1,0 +1,119 @@
+//! The robot's links still sway when it arrives: its speed is not the commanded one, and it goes on changing.
+//!
+//! ẋ_free = v + A·cos(2πf·t + φ), so that the contact begins at v + A·cos φ, and during it every body of the robot is
+//! accelerated by −2πf·A·sin(2πf·t + φ), as by gravity: the heavy links hardly feel the rig. The n-th impact of a campaign
+//! has φ = φ₀ + n·Δφ: 0 where the same program always meets the rig at the same moment of its sway, anything where
+//! the approach differs.
+//!
+//! Source: paper 2, link modes of 1 to 13 Hz.
+
+use std::f64::consts::TAU;
+
+use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use crate::rig::{Assembly, Sway};
+
+pub(super) static MECHANISM: Mechanism = Mechanism {
+    id: "link-oscillation",
+    group: Group::Robot,
+    site: Site::Robot,
+    equation: "dx_free/dt = v + A·cos(2πf·t + φ_0 + n·Δφ), n the place of the impact in the campaign",
+    source: "paper 2: link modes of 1 to 13 Hz",
+    parameters: &[
+        Parameter {
+            name: "amplitude_m_per_s",
+            unit: "m/s",
+            meaning: "amplitude of the sway's velocity",
+            null: Some(0.0),
+            range: (0.0, 1.0),
+            plausible: (0.001, 0.06),
+            typical: 0.015,
+            scale: Scale::Logarithmic,
+        },
+        Parameter {
+            name: "frequency_Hz",
+            unit: "Hz",
+            meaning: "frequency of the sway",
+            null: None,
+            range: (0.1, 50.0),
+            plausible: (1.0, 13.0),
+            typical: 5.0,
+            scale: Scale::Logarithmic,
+        },
+        Parameter {
+            name: "phase_rad",
+            unit: "rad",
+            meaning: "phase φ_0 at the first impact's contact; 0 where the sway is fastest towards the rig",
+            null: None,
+            range: (-7.0, 7.0),
+            plausible: (-3.2, 3.2),
+            typical: 0.0,
+            scale: Scale::Linear,
+        },
+        Parameter {
+            name: "phase_step_rad",
+            unit: "rad",
+            meaning: "from one impact's phase to the next one's",
+            null: None,
+            range: (-7.0, 7.0),
+            plausible: (-3.2, 3.2),
+            typical: 2.4,
+            scale: Scale::Linear,
+        },
+    ],
+    signature: "sway of displacement and speed before contact; peaks that scatter more than the speed is uncertain, slow pulses the most",
+    confused_with: &["speed-error", "joint-elasticity", "robot-push"],
+    separated_by: "motion in free air; the error is one of speed and not of its ratio, and repeats with the sway",
+    enter,
+};
+
+fn enter(effect: &Effect, assembly: &mut Assembly) {
+    assembly.sway = Some(Sway {
+        amplitude_m_per_s: effect.value(0),
+        pulsation_per_s: TAU * effect.value(1),
+        phase_rad: effect.value(2) + f64::from(assembly.approach.order) * effect.value(3),
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mechanism::tests::{near, strike, strike_as};
+    use crate::rig::{Approach, Quantity, Rig};
+
+    const EFFECT: &str = "link-oscillation:amplitude_m_per_s=0.02,frequency_Hz=7,phase_rad=0.5,phase_step_rad=1";
+
+    /// Where nothing is met the velocity is that of the law, before and after time zero.
+    #[test]
+    fn free_motion_sways_as_written() {
+        let order = 3;
+        let sway = |time: f64| 0.02 * (TAU * 7.0 * time + 0.5 + f64::from(order)).cos();
+        let rig = Rig { gravity_m_per_s2: 0.0, ..Rig::fall() };
+        let fall = strike_as(rig, Approach { order, ..Approach::new(0.2, 6.0) }, &[EFFECT]);
+        let hit = strike_as(Rig::impact(25e3), Approach { order, ..Approach::new(0.2, 6.0) }, &[EFFECT]);
+        for part in 0..30 {
+            let time = f64::from(part) * 0.01;
+            near("after", fall.value(Quantity::Velocity, time), 0.2 + sway(time), 1e-7);
+            near("before", hit.value(Quantity::Velocity, -time), 0.2 + sway(-time), 1e-12);
+        }
+        let (from, to) = (hit.value(Quantity::Position, -1e-6), hit.value(Quantity::Position, 1e-6));
+        near("no step at contact", (to - from) / 2e-6, 0.2 + sway(0.0), 1e-4);
+    }
+
+    /// m·(ẍ + Aσ·sin(σt + φ)) = −k·x: an undamped oscillator, driven at the frequency of the sway.
+    #[test]
+    fn the_contact_is_a_driven_oscillator() {
+        let (k, mass, speed) = (25e3_f64, 6.0, 0.25);
+        let impact = strike(Rig::impact(k), speed, mass, &[EFFECT]);
+        let (natural, sway) = ((k / mass).sqrt(), TAU * 7.0);
+        // x = B·sin(σt + φ) + C·cos(ωt) + D·sin(ωt), B = −Aσ/(ω² − σ²), x(0) = 0, ẋ(0) = v + A·cos φ.
+        let b = -0.02 * sway / (natural * natural - sway * sway);
+        let c = -b * 0.5_f64.sin();
+        let d = (speed + 0.02 * 0.5_f64.cos() - b * sway * 0.5_f64.cos()) / natural;
+        let end = impact.contact_intervals()[0].1.unwrap();
+        for part in 0..20 {
+            let time = end * f64::from(part) / 20.0;
+            let x = b * (sway * time + 0.5).sin() + c * (natural * time).cos() + d * (natural * time).sin();
+            near("force", impact.force_n(time), k * x, 1e-4);
+        }
+    }
+}

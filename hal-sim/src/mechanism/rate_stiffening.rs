@@ -1,0 +1,73 @@
+//! The pad is stiffer against a faster hit.
+//!
+//! k(v) = k·(1 + a·ln(v/v_ref)), v the speed at first contact, to which the mean strain rate of the hit is
+//! proportional, and v_ref = 0.2 m/s, at which the rig's own stiffness holds. (v_ref is no parameter: together with the
+//! stiffness it would be one number too many.) The law is one of the mean rate and not of the rate at each instant:
+//! with the latter the force would rise the faster the pad is let go, and a massless piece could not be balanced; what
+//! loss comes with the stiffening is `pad-relaxation`'s or `hunt-crossley-damping`'s. On a rig without a pad it is the
+//! springs' stiffness that grows.
+//!
+//! Source: logarithmic rate law of rubber and foam in drop tests; a 0.02 to 0.1 per factor e.
+
+use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use crate::rig::Assembly;
+
+/// The speed at which the rig's own stiffness holds, m/s: about the geometric mean of 0.05 and 0.6.
+const REFERENCE_M_PER_S: f64 = 0.2;
+
+/// Below this speed the pad is pressed, not hit, and its stiffness falls no further, m/s.
+const SLOWEST_M_PER_S: f64 = 0.005;
+
+pub(super) static MECHANISM: Mechanism = Mechanism {
+    id: "rate-stiffening",
+    group: Group::Contact,
+    site: Site::Pad,
+    equation: "k(v) = k·(1 + a·ln(v/0.2 m/s)), v the speed at first contact",
+    source: "logarithmic rate law of rubber; a 0.02 to 0.1",
+    parameters: &[Parameter {
+        name: "per_e_fold",
+        unit: "1",
+        meaning: "relative gain in stiffness for e times the speed",
+        null: Some(0.0),
+        range: (0.0, 0.25),
+        plausible: (0.002, 0.15),
+        typical: 0.05,
+        scale: Scale::Logarithmic,
+    }],
+    signature: "the fitted stiffness grows with the logarithm of the speed, each pulse is a clean one",
+    confused_with: &["hardening", "joint-elasticity", "mullins-softening"],
+    separated_by: "another mass at the same speed changes the peak and with it hardening, but not this; the pad alone in a press",
+    enter,
+};
+
+fn enter(effect: &Effect, assembly: &mut Assembly) {
+    let speed = assembly.approach.speed_m_per_s.abs().max(SLOWEST_M_PER_S);
+    let element = assembly.pad.as_mut().unwrap_or(&mut assembly.spring);
+    element.stiffness_n_per_m *= 1.0 + effect.value(0) * (speed / REFERENCE_M_PER_S).ln();
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::mechanism::tests::{near, strike, strike_as};
+    use crate::rig::{Approach, Rig};
+
+    /// Every impact is an ideal one whose stiffness is that of its speed.
+    #[test]
+    fn the_stiffness_grows_by_the_same_part_for_every_doubling_of_the_speed() {
+        let stiffness = |speed: f64| {
+            let peak = strike(Rig::impact(40e3), speed, 6.0, &["rate-stiffening:per_e_fold=0.06"]).truth().peak_n;
+            (peak / speed).powi(2) / 6.0
+        };
+        for speed in [0.05, 0.2, 0.6] {
+            near("stiffness", stiffness(speed), 40e3 * (1.0 + 0.06 * (speed / 0.2_f64).ln()), 0.1);
+        }
+        near("doubling", stiffness(0.4) - stiffness(0.2), stiffness(0.2) - stiffness(0.1), 0.2);
+        // With a pad it is the pad's.
+        let padded = strike(Rig::impact(25e3).with_pad(80e3), 0.6, 6.0, &["rate-stiffening:per_e_fold=0.06"]);
+        let pad = 80e3 * (1.0 + 0.06 * 3.0_f64.ln());
+        let ideal = 0.6 * (6.0 * Rig::impact(25e3).with_pad(pad).effective_stiffness_n_per_m()).sqrt();
+        near("padded", padded.truth().peak_n, ideal, 1e-6 * ideal);
+        let slow = strike_as(Rig::impact(40e3), Approach::new(1e-4, 6.0), &["rate-stiffening:per_e_fold=0.25"]);
+        assert!(slow.truth().peak_n > 0.0);
+    }
+}

@@ -1,0 +1,97 @@
+//! Against closed forms.
+
+use super::*;
+use crate::baseline::Baseline;
+use crate::draw::Draw;
+use crate::plan::{Plan, Wish};
+use crate::readout::anti_alias_delay_s;
+
+/// A plan without any trace: a hair for a piece, and a filter far above the pulse.
+fn bare(kind: Kind, seed: u64) -> Plan {
+    let mut plan = Plan::draw(&mut Draw::new(seed), &Wish { kind, recordings: 4, long: false });
+    let t = &mut plan.traces;
+    (t.hum_n, t.drift_n_per_s, t.dashpot_n_s_per_m, t.friction_n) = (0.0, 0.0, 0.0, 0.0);
+    (t.piece_kg, t.ring_damping, t.anti_alias_hz) = (1e-5, 0.3, 5e4);
+    plan
+}
+
+/// Largest difference from the closed form over its peak; the crown of the pad delays the contact by half of it.
+fn worst(plan: &Plan, index: usize, until_s: f64) -> f64 {
+    let world = plan.world(index);
+    let sampling = plan.recordings[index].sampling;
+    let trace = run(&world, &sampling);
+    let baseline: Baseline = plan.true_baseline(index);
+    let delay = anti_alias_delay_s(plan.traces.anti_alias_hz) + 0.5 * world.pad.crown_m / world.speed_m_per_s;
+    let sampler = baseline.sampler();
+    let model = |i: usize| sampler(i as f64 / sampling.rate_hz - sampling.contact_s - delay).value;
+    let count = (((sampling.contact_s + until_s) * sampling.rate_hz) as usize).min(trace.readings.len());
+    (0..count).map(|i| (trace.readings[i] - model(i)).abs()).fold(0.0, f64::max) / baseline.peak_n()
+}
+
+#[test]
+fn without_effects_an_impact_is_a_half_sine() {
+    for seed in 0..4 {
+        let plan = bare(Kind::Impact, seed);
+        for index in 0..2 {
+            let error = worst(&plan, index, f64::INFINITY);
+            assert!(error < 1e-3, "seed {seed}: {error}");
+            let trace = run(&plan.world(index), &plan.recordings[index].sampling);
+            let peak = trace.peak_n / plan.true_baseline(index).peak_n() - 1.0;
+            assert!(peak.abs() < 1e-3, "seed {seed}: the peak is off by {peak}");
+        }
+    }
+}
+
+#[test]
+fn a_fallen_mass_presses_with_its_weight_and_comes_back() {
+    let plan = bare(Kind::Drop, 3);
+    for index in 0..2 {
+        let error = worst(&plan, index, plan.true_baseline(index).touch_s() * 1.2);
+        assert!(error < 1e-2, "{error}");
+    }
+    // Left long enough it touches again, 2·v/g after it left.
+    let baseline = plan.true_baseline(0);
+    let flight = 2.0 * baseline.speed_m_per_s / baseline.gravity_m_per_s2;
+    let rate_hz = plan.rate_hz;
+    let sampling =
+        Sampling { rate_hz, contact_s: 0.03, samples: ((0.03 + 1.5 * baseline.touch_s() + flight) * rate_hz) as usize };
+    let trace = run(&plan.world(0), &sampling);
+    let again = 0.03 + baseline.touch_s() + flight;
+    let at = |t: f64| trace.readings[(t * rate_hz) as usize];
+    assert!(at(again - 0.3 * flight).abs() < 1e-2 * baseline.peak_n());
+    assert!(at(again + 0.45 * baseline.touch_s()) > 0.95 * baseline.peak_n());
+}
+
+#[test]
+fn energy_is_kept_where_nothing_takes_it() {
+    let plan = bare(Kind::Impact, 1);
+    let trace = run(&plan.world(0), &plan.recordings[0].sampling);
+    let impulse: f64 = trace.readings.iter().sum::<f64>() / plan.rate_hz;
+    let r = &plan.recordings[0];
+    let mass = plan.configurations[r.configuration].mass_kg;
+    let restitution = impulse / (mass * r.speed_m_per_s) - 1.0;
+    assert!((restitution - 1.0).abs() < 2e-3, "{restitution}");
+}
+
+#[test]
+fn halving_the_sampling_changes_nothing_but_the_sampling() {
+    // Other samples a second, other steps: the same motion.
+    let plan = bare(Kind::Impact, 2);
+    let sampling = plan.recordings[0].sampling;
+    let finer = Sampling { rate_hz: sampling.rate_hz * 2.0, samples: sampling.samples * 2, ..sampling };
+    let (coarse, fine) = (run(&plan.world(0), &sampling), run(&plan.world(0), &finer));
+    let worst = (0..sampling.samples).map(|i| (coarse.readings[i] - fine.readings[2 * i]).abs()).fold(0.0, f64::max);
+    assert!(worst < 2e-3 * coarse.peak_n, "{worst} of {}", coarse.peak_n);
+}
+
+#[test]
+fn a_free_fall_is_a_parabola() {
+    let mut plan = bare(Kind::Fall, 5);
+    plan.recordings[0].speed_m_per_s = 0.01;
+    let sampling = plan.recordings[0].sampling;
+    let trace = run(&plan.world(0), &sampling);
+    let tau = (sampling.samples - 1) as f64 / sampling.rate_hz - sampling.contact_s;
+    let expected = -0.01 * tau - 0.5 * 9.80665 * tau * tau;
+    let last = trace.readings[sampling.samples - 1];
+    assert!((last - expected).abs() < 1e-9, "{last} instead of {expected}");
+}
