@@ -16,7 +16,8 @@
 //! into another valley (the piece has come back meanwhile), a small one is tried. Where the motion
 //! without loss stops fitting, or a loss in the pad (η, after Hunt and Crossley) fits better by more than Schwarz's ln n, it is
 //! let go. The first that explains the whole contact is taken, else the one that explains most of it; and it is believed only where
-//! an arc over the same stretch does not fit as well.
+//! an arc over the same stretch does not fit as well, and where that stretch is long: a ring that rises with the contact, of a
+//! mount say, begins like no struck piece, but eight unknowns bend to its first swing.
 //!
 //! **Work.** A step evaluates every point of its stretch once. A search has [`WORK`] such evaluations and no more; a hit on
 //! a linear rig takes some two to ten thousand. Each is six or seven motions by a point, some 500 multiplications and additions:
@@ -58,6 +59,11 @@ const NO_GAIN: f32 = 0.05;
 /// below the other, 1.8 deviations, it ends the search.
 const CLEAN_MISFIT: f32 = 2.0;
 const DONE_MISFIT: f32 = 2.5;
+/// A motion must explain this share of the contact, and so many periods: so many unknowns bend to any wiggle that is seen no
+/// longer. A struck piece explains all of the contact, with a guide that rubs at least three tenths and 2.5 periods; a ring
+/// that rises with the contact, as no struck piece does, up to three tenths or one period.
+const SEEN_SHARE: f32 = 0.25;
+const SEEN_PERIODS: f32 = 2.0;
 /// By how much a motion must lower χ² against the arc, in units of Schwarz's ln n: it has four unknowns more.
 const WORTH: f32 = 4.0;
 
@@ -168,6 +174,11 @@ impl Fitted {
             && (whole || self.misfit() <= 1.0 + CLEAN_MISFIT / libm::sqrtf(self.points as f32))
     }
 
+    /// Whether the stretch is long enough for a coincidence to be unlikely.
+    fn is_seen_long_enough(&self, whole: f32) -> bool {
+        self.length >= (SEEN_SHARE * whole).max(SEEN_PERIODS * self.touch.period())
+    }
+
     /// Nothing is left to look for.
     fn explains(&self, whole: f32) -> bool {
         self.length >= 0.98 * whole && self.misfit() <= 1.0 + DONE_MISFIT / libm::sqrtf(self.points as f32)
@@ -186,7 +197,7 @@ impl Fitted {
 /// Looks for the touch on a flank whose arc begins about at `start`; `None` where no moving piece explains the force better.
 pub fn find<C: Curve>(flank: &Flank, force: &Force<'_, C>, start: Arc) -> Option<Fitted> {
     let mut search = Search::new(flank, force, start);
-    let best = search.run()?;
+    let best = search.run().filter(|best| best.is_seen_long_enough(search.whole))?;
     let arc = arc_alone(flank, force, &best)?;
     let worth = WORTH * libm::logf(best.points as f32);
     (arc > best.squares + worth).then_some(best)
@@ -448,6 +459,27 @@ mod tests {
             let error = 215.0 + found.touch.begin - begin;
             assert!(error.abs() < 0.7, "{hertz} Hz: {error} samples");
             assert!(error.abs() < 4.0 * found.deviation, "{hertz} Hz: {error} ± {} samples", found.deviation);
+        }
+    }
+
+    /// A ring that has not waited for the lag of a piece: the cell's mount, say.
+    #[test]
+    fn a_ring_that_rises_with_the_contact_is_no_piece() {
+        let begin = 200.3;
+        for hertz in [170.0, 300.0, 600.0] {
+            let ring =
+                |u: f32| 2.9 * libm::expf(-u / 200.0) * libm::sinf(core::f32::consts::TAU * hertz / 20_000.0 * u);
+            let arc = |u: f32| 58.0 * libm::sinf(u / 310.0);
+            let curve = codes(1500, |n| {
+                let u = n as f32 - begin;
+                if (0.0..970.0).contains(&u) { arc(u) + ring(u) } else { 0.0 }
+            });
+            let baseline = Baseline::default();
+            let force = Force::bare(&curve, &baseline);
+            let flank = flank(206, 960, 58.0);
+            let start = Arc { begin: -6.0, slope: 0.19, curvature: 1e-5 };
+            let found = find(&flank, &force, start);
+            assert!(found.is_none(), "{hertz} Hz: {found:?}");
         }
     }
 
