@@ -17,7 +17,8 @@
 //! without loss stops fitting, or a loss in the pad (η, after Hunt and Crossley) fits better by more than Schwarz's ln n, it is
 //! let go. The first that explains the whole contact is taken, else the one that explains most of it; and it is believed only where
 //! an arc over the same stretch does not fit as well, and where that stretch is long: a ring that rises with the contact, of a
-//! mount say, begins like no struck piece, but eight unknowns bend to its first swing.
+//! mount say, begins like no struck piece, but eight unknowns bend to its first swing. Nor is a piece believed that is as heavy as
+//! a robot.
 //!
 //! **Work.** A step evaluates every point of its stretch once. A search has [`WORK`] such evaluations and no more; a hit on
 //! a linear rig takes some two to ten thousand. Each is six or seven motions by a point, some 500 multiplications and additions:
@@ -64,6 +65,9 @@ const DONE_MISFIT: f32 = 2.5;
 /// that rises with the contact, as no struck piece does, up to three tenths or one period.
 const SEEN_SHARE: f32 = 0.25;
 const SEEN_PERIODS: f32 = 2.0;
+/// The piece's mass as a share of the robot's. What is fitted to the simulated rigs (0.04 to 0.3 kg, 3 to 15 kg) is below 0.08;
+/// a force that only breaks loose late, where a guide holds the piece at first, asks for 0.6 and more.
+const HEAVIEST_PIECE: f32 = 0.25;
 /// By how much a motion must lower χ² against the arc, in units of Schwarz's ln n: it has four unknowns more.
 const WORTH: f32 = 4.0;
 
@@ -197,7 +201,9 @@ impl Fitted {
 /// Looks for the touch on a flank whose arc begins about at `start`; `None` where no moving piece explains the force better.
 pub fn find<C: Curve>(flank: &Flank, force: &Force<'_, C>, start: Arc) -> Option<Fitted> {
     let mut search = Search::new(flank, force, start);
-    let best = search.run().filter(|best| best.is_seen_long_enough(search.whole))?;
+    let best = search
+        .run()
+        .filter(|best| best.is_seen_long_enough(search.whole) && best.touch.bodies.mass_ratio() <= HEAVIEST_PIECE)?;
     let arc = arc_alone(flank, force, &best)?;
     let worth = WORTH * libm::logf(best.points as f32);
     (arc > best.squares + worth).then_some(best)

@@ -59,6 +59,14 @@ pub struct Bodies {
     pub loss: f32,
 }
 
+impl Bodies {
+    /// Mass of the piece over that of the robot: m/m_R = (1 + r)/Ω²·q/K = q·(1 + r)²/(r·Ω²).
+    pub fn mass_ratio(&self) -> f32 {
+        let both = 1.0 + self.ratio;
+        self.curvature * both * both / (self.ratio * self.pulsation * self.pulsation)
+    }
+}
+
 /// The coefficients of the two equations.
 #[derive(Clone, Copy)]
 struct Equations {
@@ -355,6 +363,7 @@ mod tests {
             spring_damping: 0.0,
             loss: 0.0,
         };
+        assert!((bodies.mass_ratio() - 0.12 / 6.0).abs() < 1e-6, "{}", bodies.mass_ratio());
         for (n, found) in (1..).zip(walked(&bodies, 1.0, 1, 400)) {
             let t = f64::from(n) / rate;
             let force = height * (libm::sin(slow * t) - slow / fast * libm::sin(fast * t));
