@@ -229,7 +229,7 @@ impl<'a, C: Curve> Search<'a, C> {
         for ratio in RATIOS {
             let mut hertz = LOWEST;
             while hertz <= HIGHEST {
-                if let Some(found) = self.from_frequency(hertz, ratio) {
+                if let Some(found) = self.grown_from(hertz, ratio) {
                     if best.is_none_or(|best| found.is_better_than(&best, 0.0)) {
                         best = Some(found);
                     }
@@ -243,7 +243,7 @@ impl<'a, C: Curve> Search<'a, C> {
         best
     }
 
-    fn from_frequency(&mut self, hertz: f32, ratio: f32) -> Option<Fitted> {
+    fn grown_from(&mut self, hertz: f32, ratio: f32) -> Option<Fitted> {
         let period = self.flank.rate / hertz;
         let length = FIRST_PERIODS * period;
         if period < SHORTEST_PERIOD || length > self.whole {
