@@ -23,7 +23,7 @@ mod record;
 mod traffic;
 mod wire;
 
-pub use controller::{Controller, ControllerSettings, SendingOrder};
+pub use controller::{Controller, ControllerSettings, SeenError, SendingOrder};
 pub use disturbance::Disturbance;
 pub use host_port::{Arrival, HostPort};
 pub use record::{Attempt, Outcome, Statistics};
@@ -141,18 +141,20 @@ impl Bus {
         Instant::from_micros(self.wire.borrow().now())
     }
 
-    /// What is due until and at `now` takes its course; the world calls this before its tasks run.
-    pub(crate) fn advance(&self, now: Instant) {
+    /// What is due until and at `now` takes its course; whoever moves the bus (a [`crate::world::World`], an emulator) calls
+    /// this before what is connected to it runs.
+    pub fn advance(&self, now: Instant) {
         self.wire.borrow_mut().advance(now.as_micros());
     }
 
-    /// If the bus is free, whoever has a frame starts; the world calls this when all tasks at `now` have run.
-    pub(crate) fn arbitrate(&self, now: Instant) {
+    /// If the bus is free, whoever has a frame starts; to be called when everything else at `now` has happened.
+    pub fn arbitrate(&self, now: Instant) {
         self.wire.borrow_mut().arbitrate(now.as_micros());
     }
 
     /// When something will happen next on the bus by itself.
-    pub(crate) fn next_event(&self) -> Option<Instant> {
+    #[must_use]
+    pub fn next_event(&self) -> Option<Instant> {
         self.wire.borrow().next_event().map(Instant::from_micros)
     }
 }

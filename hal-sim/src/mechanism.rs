@@ -60,7 +60,7 @@ mod viscous_damping;
 use crate::rig::Assembly;
 
 pub use effect::{Effect, MechanismError};
-pub use parameter::{Parameter, Scale};
+pub use parameter::{Parameter, Scale, Search};
 
 /// Every mechanism, in the order of the campaign contract.
 pub static LIST: &[&Mechanism] = &[
@@ -218,6 +218,17 @@ impl Mechanism {
                 known: self.parameters.iter().map(|parameter| parameter.name).collect::<Vec<_>>().join(", "),
             }
         })
+    }
+
+    /// Whether it can be in an experiment of this kind.
+    #[must_use]
+    pub fn concerns(&self, kind: crate::rig::Kind) -> bool {
+        use crate::rig::Kind;
+        match (kind, self.group) {
+            (Kind::Fall, group) => group == Group::Fall || self.site == Site::InitialCondition,
+            (Kind::Impact, group) => group != Group::Fall,
+            (Kind::Drop, group) => group != Group::Robot || self.site == Site::InitialCondition,
+        }
     }
 
     /// The mechanism with every parameter at its typical value.

@@ -4,13 +4,17 @@ use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 mod configure;
 mod demo;
+mod diagnose;
+mod evaluate;
 mod hit;
+mod mechanisms;
 mod monitor;
 mod record;
 mod replay;
 mod sensor;
 mod simulate;
 mod status;
+mod step;
 
 /// Impact sensor for testing robots that work next to people.
 ///
@@ -34,6 +38,9 @@ enum Command {
     Simulate(simulate::Simulate),
     Replay(replay::Replay),
     Sensor(sensor::Sensor),
+    Diagnose(diagnose::Diagnose),
+    Evaluate(evaluate::Evaluate),
+    Mechanisms(mechanisms::Mechanisms),
     Hit(hit::Hit),
     Configure(configure::Configure),
     Monitor(monitor::Monitor),
@@ -61,6 +68,9 @@ impl Thud {
             Command::Simulate(command) => command.run(),
             Command::Replay(command) => command.run(),
             Command::Sensor(command) => command.run(),
+            Command::Diagnose(command) => command.run(),
+            Command::Evaluate(command) => command.run(),
+            Command::Mechanisms(command) => command.run(),
             Command::Hit(command) => command.run(),
             Command::Configure(command) => command.run(),
             Command::Monitor(command) => command.run(),

@@ -15,6 +15,7 @@ pub mod client;
 pub mod command;
 pub mod decimal;
 pub mod demonstration;
+pub mod diagnosis;
 pub mod input;
 pub mod interrupt;
 pub mod json;

@@ -11,6 +11,7 @@
 //!
 //! [[mechanism]]
 //! id = "guide-friction"
+//! configuration = "2"         # optional: it acts in the recordings of this configuration only
 //! [mechanism.parameters]      # low and high: 95 % interval; a parameter that was held has none
 //! force_N = { value = 2.1, low = 1.9, high = 2.3 }
 //! cell_share = { value = 0.0 }
@@ -47,6 +48,8 @@ pub struct ModelMechanism {
     pub effect: Effect,
     /// One for each of its parameters, in their order; `None` for one that was held.
     pub intervals: Vec<Option<Interval>>,
+    /// The name of the only configuration that it acts in; `None`: in all.
+    pub only_in: Option<String>,
 }
 
 impl ModelMechanism {
@@ -54,7 +57,7 @@ impl ModelMechanism {
     #[must_use]
     pub fn held(effect: Effect) -> Self {
         let intervals = vec![None; effect.values().len()];
-        Self { effect, intervals }
+        Self { effect, intervals, only_in: None }
     }
 }
 
@@ -70,10 +73,18 @@ pub struct Model {
 }
 
 impl Model {
-    /// The mechanisms as the simulation takes them.
+    /// The mechanisms that act in every configuration, as the simulation takes them.
     #[must_use]
     pub fn effects(&self) -> Vec<Effect> {
-        self.mechanisms.iter().map(|mechanism| mechanism.effect.clone()).collect()
+        let everywhere = self.mechanisms.iter().filter(|mechanism| mechanism.only_in.is_none());
+        everywhere.map(|mechanism| mechanism.effect.clone()).collect()
+    }
+
+    /// The mechanisms that act in one configuration only, each with that one's name.
+    #[must_use]
+    pub fn limited(&self) -> Vec<(Effect, String)> {
+        let pair = |mechanism: &ModelMechanism| Some((mechanism.effect.clone(), mechanism.only_in.clone()?));
+        self.mechanisms.iter().filter_map(pair).collect()
     }
 }
 

@@ -10,9 +10,9 @@
 //!
 //! Readable in black and white: lines differ in weight and dash, not in colour.
 
-mod curve;
+pub(crate) mod curve;
 mod figure;
-mod page;
+pub(crate) mod page;
 mod sheet;
 pub mod words;
 

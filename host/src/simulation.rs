@@ -53,6 +53,8 @@ pub struct Plan {
     pub rig: Rig,
     /// What it has beyond the ideal impact.
     pub effects: Vec<Effect>,
+    /// What it has in one configuration only: with that one's name, which is its number from 1.
+    pub limited: Vec<(Effect, String)>,
     /// Speeds at contact, m/s.
     pub speeds_m_per_s: Vec<f64>,
     /// Effective masses, kg; each is a configuration of its own.

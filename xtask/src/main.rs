@@ -4,6 +4,8 @@
 
 mod addresses;
 mod dictionary;
+mod mechanisms;
+mod emulator;
 mod packages;
 mod python;
 mod qemu;
@@ -21,10 +23,12 @@ Chores:
   test                 format, lints, documentation and all tests; installs what they need into target/
   target               find a compiler for the board's processor, or install it
   size                 build the firmware for the board; its flash and memory beside the budget
+  emulator             run the firmware's ELF file on an emulated board, with all its tests
   qemu                 the logic on a Cortex-M4F in QEMU: the desktop's events bit for bit, instructions a sample
   where ADDRESS...     the places in the source that the addresses of a panic record mean
   dictionary           write docs/can/ (EDS, DBC, object table) from the firmware's object dictionary
   dictionary NODE...   print a DBC file for sensors with these node ids (1 to 127, or 0x01 to 0x7F)
+  mechanisms           write docs/mechanisms.md from the list of mechanisms
   tables               remake the tables of the README (accuracy, speed); takes some minutes
 ";
 
@@ -38,10 +42,12 @@ fn main() -> ExitCode {
             }
         }),
         Some("size") => target::toolchain().and_then(|found| found.map_or(Ok(()), size::run)),
+        Some("emulator") => target::toolchain().and_then(|found| found.map_or(Ok(()), emulator::run)),
         Some("qemu") => target::toolchain().and_then(|found| found.map_or(Ok(()), qemu::run)),
         Some("where") => addresses::run(&arguments.collect::<Vec<_>>()),
         Some("tables") => test::tables(),
         Some("dictionary") => dictionary::run(&arguments.collect::<Vec<_>>()),
+        Some("mechanisms") => mechanisms::run(),
         Some("help" | "--help" | "-h") | None => {
             print!("{HELP}");
             return ExitCode::SUCCESS;

@@ -34,13 +34,21 @@ const LARGEST: usize = 12;
 /// # Errors
 /// When it does not build or is larger than the budget.
 pub fn run(toolchain: Toolchain) -> Result<(), String> {
-    let mut build = toolchain.cargo("build");
-    step::run("firmware", build.args(["--profile", "board", "--package", "thud-firmware", "--quiet"]))?;
+    build(toolchain)?;
     let path = built("thud-firmware");
     let bytes = fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
     let sizes = Sizes::of(&bytes).map_err(|error| format!("{}: {error}", path.display()))?;
     print!("{sizes}");
     sizes.within_budget()
+}
+
+/// Builds the firmware.
+///
+/// # Errors
+/// When it does not build.
+pub fn build(toolchain: Toolchain) -> Result<(), String> {
+    let mut build = toolchain.cargo("build");
+    step::run("firmware", build.args(["--profile", "board", "--package", "thud-firmware", "--quiet"]))
 }
 
 /// A section that takes memory.

@@ -1,6 +1,6 @@
 //! `cargo xtask test` and `cargo xtask tables`.
 
-use crate::{python, qemu, size, step, target};
+use crate::{emulator, python, qemu, size, step, target};
 
 /// Format, lints, documentation, tests: in the order in which a mistake is cheapest to find.
 ///
@@ -20,7 +20,8 @@ pub fn run() -> Result<(), String> {
     step::run("documentation tests", &mut step::cargo(&["test", "--workspace", "--doc", "--quiet"]))?;
     // The board's program first: its size is a test, and it is run in QEMU by one.
     let mut program = None;
-    if let Some(toolchain) = target::toolchain()? {
+    let toolchain = target::toolchain()?;
+    if let Some(toolchain) = toolchain {
         size::run(toolchain)?;
         program = qemu::program(toolchain)?;
     }
@@ -32,7 +33,8 @@ pub fn run() -> Result<(), String> {
     if let Some(program) = program {
         tests.env("THUD_CORTEX_M4", program);
     }
-    step::run("tests", tests.env("THUD_PYTHON", python))
+    step::run("tests", tests.env("THUD_PYTHON", python))?;
+    toolchain.map_or(Ok(()), emulator::run)
 }
 
 /// The README's tables.

@@ -15,8 +15,23 @@ use super::wire::Wire;
 pub enum SendingOrder {
     /// The lowest identifier first; of equal ones the older.
     Urgency,
+    /// The lowest identifier first; of equal ones the lower number of the buffer, whichever is older (Bosch M_CAN, 3.5.4).
+    Buffer,
     /// As they were loaded, like a computer's adapter.
     Loading,
+}
+
+/// What a controller has seen go wrong on the wire, as its register for the last error code tells it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SeenError {
+    /// As a sender: the bus did not carry the bit that was sent.
+    Bit,
+    /// As a sender: nobody acknowledged.
+    Acknowledge,
+    /// As a receiver: six equal bits, another node's error flag.
+    Stuff,
+    /// As a receiver: the checksum was wrong.
+    Crc,
 }
 
 /// What kind of controller it is.
@@ -58,6 +73,32 @@ impl Controller {
     /// Switches the controller on or off. Either way it forgets everything; a frame of its own on the wire is cut.
     pub fn connect(&self, connected: bool) {
         self.wire.borrow_mut().connect(self.node, connected);
+    }
+
+    /// Requests transmission from a numbered buffer, as a chip's registers do; see [`SendingOrder::Buffer`].
+    ///
+    /// # Errors
+    /// [`MailboxesFull`] when as many wait as there are mailboxes.
+    pub fn load_buffer(&self, buffer: u8, frame: &Frame) -> Result<(), MailboxesFull> {
+        self.wire.borrow_mut().load_buffer(self.node, buffer, frame)
+    }
+
+    /// The numbered buffers whose frames have not been sent, bit by bit.
+    #[must_use]
+    pub fn waiting_buffers(&self) -> u32 {
+        self.wire.borrow().waiting_buffers(self.node)
+    }
+
+    /// The next frame that has arrived, without waiting for it.
+    #[must_use]
+    pub fn arrival(&self) -> Option<Arrival> {
+        self.take()
+    }
+
+    /// What it last saw go wrong since this was last asked.
+    #[must_use]
+    pub fn take_error(&self) -> Option<SeenError> {
+        self.wire.borrow_mut().take_error(self.node)
     }
 
     pub(super) fn queue(&self, frame: &Frame) {

@@ -12,7 +12,7 @@ use super::bit_stream::{BitStream, INTERMISSION, RECESSIVE_TAIL, TAIL};
 use super::error_counters::ErrorCounters;
 use super::host_port::Arrival;
 use super::traffic::Generator;
-use super::{Attempt, BitRate, ControllerSettings, Disturbance, Outcome, SendingOrder, Statistics, Traffic};
+use super::{Attempt, BitRate, ControllerSettings, Disturbance, Outcome, SeenError, SendingOrder, Statistics, Traffic};
 
 /// Recessive bits that prove the bus free.
 const FREE: u64 = 11;
@@ -53,6 +53,7 @@ struct Node {
     arrivals: VecDeque<Arrival>,
     stored_frames: usize,
     arrival_waker: Option<Waker>,
+    error: Option<SeenError>,
 }
 
 #[derive(Clone, Copy)]
@@ -65,6 +66,8 @@ struct Joining {
 struct Waiting {
     frame: Frame,
     loaded: u64,
+    /// Number of the transmit buffer, where a controller names them.
+    buffer: u8,
 }
 
 enum Phase {
@@ -121,6 +124,12 @@ impl Node {
                 .iter()
                 .enumerate()
                 .min_by_key(|(_, waiting)| waiting.frame.id)
+                .map(|(mailbox, _)| mailbox),
+            SendingOrder::Buffer => self
+                .mailboxes
+                .iter()
+                .enumerate()
+                .min_by_key(|(_, waiting)| (waiting.frame.id, waiting.buffer))
                 .map(|(mailbox, _)| mailbox),
         }
     }
@@ -181,6 +190,7 @@ impl Wire {
             arrivals: VecDeque::new(),
             stored_frames: 0,
             arrival_waker: None,
+            error: None,
         });
         self.nodes.len() - 1
     }
@@ -206,6 +216,7 @@ impl Wire {
         node.emptied = false;
         node.arrivals.clear();
         node.stored_frames = 0;
+        node.error = None;
     }
 
     pub(super) fn load_with(&mut self, node: usize, traffic: Traffic) {
@@ -251,12 +262,24 @@ impl Wire {
     }
 
     pub(super) fn load(&mut self, node: usize, frame: &Frame) -> Result<(), MailboxesFull> {
+        self.load_buffer(node, 0, frame)
+    }
+
+    pub(super) fn load_buffer(&mut self, node: usize, buffer: u8, frame: &Frame) -> Result<(), MailboxesFull> {
         if self.free(node) == 0 {
             return Err(MailboxesFull);
         }
         let loaded = self.now;
-        self.nodes[node].mailboxes.push_back(Waiting { frame: *frame, loaded });
+        self.nodes[node].mailboxes.push_back(Waiting { frame: *frame, loaded, buffer });
         Ok(())
+    }
+
+    pub(super) fn waiting_buffers(&self, node: usize) -> u32 {
+        self.nodes[node].mailboxes.iter().fold(0, |bits, waiting| bits | 1 << waiting.buffer)
+    }
+
+    pub(super) fn take_error(&mut self, node: usize) -> Option<SeenError> {
+        self.nodes[node].error.take()
     }
 
     pub(super) fn take_freed(&mut self, node: usize, waker: &Waker) -> bool {
@@ -544,12 +567,20 @@ impl Wire {
             }
             if flight.senders.iter().any(|sender| sender.node == index) {
                 match outcome {
-                    Outcome::NotAcknowledged => node.counters.not_acknowledged(),
-                    _ => node.counters.transmit_failed(),
+                    Outcome::NotAcknowledged => {
+                        node.error = Some(SeenError::Acknowledge);
+                        node.counters.not_acknowledged();
+                    }
+                    _ => {
+                        node.error = Some(SeenError::Bit);
+                        node.counters.transmit_failed();
+                    }
                 }
             } else if alone == Some(index) {
+                node.error = Some(SeenError::Crc);
                 node.counters.alone_in_error();
             } else {
+                node.error = Some(SeenError::Stuff);
                 node.counters.receive_failed();
             }
         }

@@ -7,7 +7,7 @@
 //! Source: pull-off force of adhesive contact, K. L. Johnson, K. Kendall, A. D. Roberts, Proc. R. Soc. A 324 (1971) 301,
 //! whose jump into contact is left out: over millimetres of stroke it is not seen.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::Assembly;
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -25,6 +25,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         plausible: (0.2, 20.0),
         typical: 4.0,
         scale: Scale::Logarithmic,
+        search: Search::Strength,
     }],
     signature: "the force goes below zero at release, the more slowly the softer the rig, and jumps back from one value",
     confused_with: &["piezo-discharge", "moving-piece-inertia", "filter-lag"],

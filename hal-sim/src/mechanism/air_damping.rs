@@ -6,7 +6,7 @@
 //!
 //! Source: pressure loss of a turbulent flow through an opening; 1 N at 0.25 m/s, which is c = 16 N·s²/m².
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::Assembly;
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -24,6 +24,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         plausible: (1.0, 100.0),
         typical: 16.0,
         scale: Scale::Logarithmic,
+        search: Search::Strength,
     }],
     signature: "a step of the force at contact that grows with the square of the speed, and less force on the way out",
     confused_with: &["viscous-damping", "hunt-crossley-damping", "guide-friction"],

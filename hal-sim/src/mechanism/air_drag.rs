@@ -4,7 +4,7 @@
 //!
 //! Source: quadratic drag at high Reynolds number.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Drive, Motion};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -22,6 +22,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         plausible: (1e-5, 0.1),
         typical: 0.005,
         scale: Scale::Logarithmic,
+        search: Search::Strength,
     }],
     signature: "the acceleration falls with the square of the speed; height over time straightens",
     confused_with: &["speed-error"],

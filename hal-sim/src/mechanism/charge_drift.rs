@@ -4,7 +4,7 @@
 //!
 //! Source: leakage current of a charge amplifier, 0.03 pC/s; 14 mN/s for a cell of the reference kind.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Stage};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -22,6 +22,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         plausible: (-1.0, 1.0),
         typical: 0.014,
         scale: Scale::Linear,
+        search: Search::Strength,
     }],
     signature: "a slow ramp before, during and after the impact alike",
     confused_with: &["piezo-discharge", "robot-push"],

@@ -7,7 +7,7 @@
 //!
 //! Source: springs in parallel with unequal play; 0.05 to 0.5 mm.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Deformation, ForceLaw, Response};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -26,6 +26,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (2e-5, 1e-3),
             typical: 2e-4,
             scale: Scale::Logarithmic,
+            search: Search::Strength,
         },
         Parameter {
             name: "share",
@@ -36,6 +37,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (0.1, 0.98),
             typical: 0.75,
             scale: Scale::Linear,
+            search: Search::Typical,
         },
     ],
     signature: "a soft foot of the force that ends with a knee at one stroke, at the begin and at the end of every pulse",

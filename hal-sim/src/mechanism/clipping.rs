@@ -4,7 +4,7 @@
 //!
 //! Source: rails of amplifier and converter.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Stage};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -22,6 +22,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         plausible: (50.0, 2500.0),
         typical: 200.0,
         scale: Scale::Logarithmic,
+        search: Search::OfPeak,
     }],
     signature: "a flat top at one force, in the strongest recordings only",
     confused_with: &["force-ceiling", "end-stop"],

@@ -4,7 +4,7 @@
 //!
 //! Source: threshold and delay of a collision monitor; reaction 5 to 30 ms after detection.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Drive, Motion, Trigger};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -23,6 +23,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (2.0, 300.0),
             typical: 40.0,
             scale: Scale::Logarithmic,
+            search: Search::Strength,
         },
         Parameter {
             name: "threshold_N",
@@ -33,6 +34,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (5.0, 200.0),
             typical: 50.0,
             scale: Scale::Logarithmic,
+            search: Search::OfPeak,
         },
         Parameter {
             name: "delay_s",
@@ -43,6 +45,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (0.002, 0.06),
             typical: 0.015,
             scale: Scale::Logarithmic,
+            search: Search::OfContactTime,
         },
     ],
     signature: "nothing before a late instant, then a faster fall; only in impacts that pass the threshold",

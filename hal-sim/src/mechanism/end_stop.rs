@@ -4,7 +4,7 @@
 //!
 //! Source: common practice for coil bind (DIN EN 13906-1 keeps a reserve before the solid length).
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Deformation, ForceLaw, Response};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -23,6 +23,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (0.1, 100.0),
             typical: 20.0,
             scale: Scale::Logarithmic,
+            search: Search::Strength,
         },
         Parameter {
             name: "stroke_m",
@@ -33,6 +34,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (0.001, 0.025),
             typical: 0.012,
             scale: Scale::Logarithmic,
+            search: Search::OfStroke,
         },
     ],
     signature: "a kink at one stroke, in the recordings of highest energy only; a steep, short top",

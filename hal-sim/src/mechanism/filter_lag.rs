@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::Complex;
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Stage};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -30,6 +30,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (20.0, 2000.0),
             typical: 150.0,
             scale: Scale::Logarithmic,
+            search: Search::OneOf(&[60.0, 150.0, 400.0, 1000.0]),
         },
         Parameter {
             name: "poles",
@@ -40,6 +41,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (1.0, 4.0),
             typical: 2.0,
             scale: Scale::Linear,
+            search: Search::Whole(&[1.0, 2.0, 4.0]),
         },
     ],
     signature: "the foot is round, the end of the pulse has a tail that may swing below zero; all is shifted, so the instant of contact hides most of it",

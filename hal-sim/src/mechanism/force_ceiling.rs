@@ -15,7 +15,7 @@
 //! Source: Coulomb slip in series with an inertia; torque limits of a KUKA iiwa 14, 320 Nm over 0.6 m: about 540 N
 //! along x, less with the arm stretched or with reduced limits.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Ceiling};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -34,6 +34,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (40.0, 1000.0),
             typical: 200.0,
             scale: Scale::Logarithmic,
+            search: Search::OfPeak,
         },
         Parameter {
             name: "tip_fraction",
@@ -44,6 +45,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (0.02, 0.4),
             typical: 0.08,
             scale: Scale::Logarithmic,
+            search: Search::OneOf(&[0.05, 0.2]),
         },
     ],
     signature: "a top that is flat but for a slow ring, in the strongest recordings only, then a fall as from rest: the impulse is short",

@@ -10,7 +10,7 @@
 //!
 //! Source: two bodies; stands and tables of 10 to 30 kg on 1 to 20 N/µm swing at 40 to 300 Hz.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Frame};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -29,6 +29,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (3e-8, 2e-6),
             typical: 2e-7,
             scale: Scale::Logarithmic,
+            search: Search::Resonance,
         },
         Parameter {
             name: "mass_kg",
@@ -39,6 +40,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (5.0, 50.0),
             typical: 20.0,
             scale: Scale::Logarithmic,
+            search: Search::OneOf(&[8.0, 20.0, 45.0]),
         },
         Parameter {
             name: "damping_ratio",
@@ -49,6 +51,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (0.003, 0.15),
             typical: 0.03,
             scale: Scale::Logarithmic,
+            search: Search::Typical,
         },
         Parameter {
             name: "mass_on_cell_kg",
@@ -57,8 +60,9 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             null: None,
             range: (0.0, 20.0),
             plausible: (0.02, 2.0),
-            typical: 0.3,
+            typical: 0.02,
             scale: Scale::Logarithmic,
+            search: Search::Typical,
         },
     ],
     signature: "a slight ring at one frequency from the first instant on, which goes on after release; the stiffness seems a little lower",

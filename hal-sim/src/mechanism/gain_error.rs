@@ -4,7 +4,7 @@
 //!
 //! Source: calibration and cross-sensitivity of a load cell, 1 to 5 %.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Stage};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -22,6 +22,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         plausible: (-0.05, 0.05),
         typical: 0.02,
         scale: Scale::Linear,
+        search: Search::Strength,
     }],
     signature: "every force is off by the same ratio, times are right",
     confused_with: &["speed-error", "pose-dependent-mass"],

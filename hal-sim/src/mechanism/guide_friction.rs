@@ -7,7 +7,7 @@
 //!
 //! Source: C. A. Coulomb; play operator: M. Brokate, J. Sprekels, Hysteresis and Phase Transitions (1996), ch. 2.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::Assembly;
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -26,6 +26,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (0.1, 10.0),
             typical: 2.0,
             scale: Scale::Logarithmic,
+            search: Search::Strength,
         },
         Parameter {
             name: "cell_share",
@@ -36,6 +37,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (0.0, 1.0),
             typical: 0.0,
             scale: Scale::Linear,
+            search: Search::Typical,
         },
     ],
     signature: "a loop of constant width in force over stroke, a short plateau at the turning point, a rest of up to F_c after release",

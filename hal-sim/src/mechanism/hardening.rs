@@ -5,7 +5,7 @@
 //!
 //! Source: locking-material law as used for foams and soft pads; δ_l 0.4 to 0.7 of the thickness.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Deformation, ForceLaw, Response};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -24,6 +24,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (0.05, 2.0),
             typical: 1.0,
             scale: Scale::Logarithmic,
+            search: Search::Strength,
         },
         Parameter {
             name: "lock_m",
@@ -34,6 +35,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (0.0028, 0.015),
             typical: 0.008,
             scale: Scale::Logarithmic,
+            search: Search::OfDepth,
         },
     ],
     signature: "a soft toe and a steep top; the fitted stiffness grows with the peak",

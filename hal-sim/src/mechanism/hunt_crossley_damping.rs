@@ -6,7 +6,7 @@
 //!
 //! Source: K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42 (1975) 440; paper 1, eq. 9–12.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Deformation, ForceLaw, Response};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -24,6 +24,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         plausible: (0.02, 1.0),
         typical: 0.2,
         scale: Scale::Logarithmic,
+        search: Search::Strength,
     }],
     signature: "a pulse skewed to its front; the loop of force over stroke is a fraction of the energy that grows with speed",
     confused_with: &["pad-relaxation", "joint-elasticity", "guide-friction", "viscous-damping"],

@@ -9,7 +9,7 @@
 //!
 //! Source: lumped robot models for impacts (Caneschi et al., EuCoMeS 2024); 10–28 Hz joint modes of a KUKA iiwa.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Joint};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -28,6 +28,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (0.005, 0.8),
             typical: 0.3,
             scale: Scale::Logarithmic,
+            search: Search::Strength,
         },
         Parameter {
             name: "frequency_Hz",
@@ -38,6 +39,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (5.0, 60.0),
             typical: 18.0,
             scale: Scale::Logarithmic,
+            search: Search::OfLines,
         },
         Parameter {
             name: "damping_ratio",
@@ -48,6 +50,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (0.01, 0.15),
             typical: 0.04,
             scale: Scale::Logarithmic,
+            search: Search::Typical,
         },
     ],
     signature: "another shape of the pulse, a double hump or a second hit while the link catches up; sway afterwards",

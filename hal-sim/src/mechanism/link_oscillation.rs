@@ -9,7 +9,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Sway};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -28,6 +28,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (0.001, 0.06),
             typical: 0.015,
             scale: Scale::Logarithmic,
+            search: Search::Strength,
         },
         Parameter {
             name: "frequency_Hz",
@@ -38,6 +39,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (1.0, 13.0),
             typical: 5.0,
             scale: Scale::Logarithmic,
+            search: Search::OfLines,
         },
         Parameter {
             name: "phase_rad",
@@ -48,6 +50,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (-3.2, 3.2),
             typical: 0.0,
             scale: Scale::Linear,
+            search: Search::EachImpact,
         },
         Parameter {
             name: "phase_step_rad",
@@ -58,6 +61,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (-3.2, 3.2),
             typical: 2.4,
             scale: Scale::Linear,
+            search: Search::Held,
         },
     ],
     signature: "sway of displacement and speed before contact; peaks that scatter more than the speed is uncertain, slow pulses the most",

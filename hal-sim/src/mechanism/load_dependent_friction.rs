@@ -5,7 +5,7 @@
 //!
 //! Source: balance of moments on the guided piece.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::Assembly;
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -23,6 +23,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         plausible: (0.002, 0.3),
         typical: 0.03,
         scale: Scale::Logarithmic,
+        search: Search::Strength,
     }],
     signature: "a wedge-shaped loop of force over stroke: its width grows with the force",
     confused_with: &["hunt-crossley-damping", "guide-friction", "pad-relaxation"],

@@ -7,7 +7,7 @@
 //!
 //! Source: dropped blocks of streaming loggers; after the last sample its value is held.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Stage};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -26,6 +26,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (1e-4, 0.01),
             typical: 0.001,
             scale: Scale::Logarithmic,
+            search: Search::Strength,
         },
         Parameter {
             name: "at_s",
@@ -36,6 +37,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (0.0, 0.1),
             typical: 0.015,
             scale: Scale::Linear,
+            search: Search::OfContactTime,
         },
     ],
     signature: "a jump between two samples in proportion to the slope there; nothing before, a shift afterwards",

@@ -7,7 +7,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Stage};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -26,6 +26,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (0.05, 5.0),
             typical: 0.5,
             scale: Scale::Logarithmic,
+            search: Search::Strength,
         },
         Parameter {
             name: "frequency_Hz",
@@ -36,6 +37,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (49.8, 60.2),
             typical: 50.0,
             scale: Scale::Linear,
+            search: Search::OneOf(&[50.0, 60.0]),
         },
         Parameter {
             name: "phase_rad",
@@ -46,6 +48,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (-3.2, 3.2),
             typical: 0.0,
             scale: Scale::Linear,
+            search: Search::EachImpact,
         },
     ],
     signature: "a line in the spectrum before, during and after the impact alike, at another phase each time",

@@ -11,7 +11,7 @@
 //!
 //! Source: two-body model; paper 1, eq. 20–22, neglects the ring and so needs 40–190 g to explain its drop tests.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Element, Piece};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -26,10 +26,11 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             unit: "kg",
             meaning: "mass of the moving piece",
             null: Some(0.0),
-            range: (0.001, 2.5),
+            range: (1e-4, 2.5),
             plausible: (0.02, 0.4),
             typical: 0.12,
             scale: Scale::Logarithmic,
+            search: Search::Resonance,
         },
         Parameter {
             name: "pad_damping_ratio",
@@ -40,6 +41,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (0.005, 0.2),
             typical: 0.03,
             scale: Scale::Logarithmic,
+            search: Search::Typical,
         },
         Parameter {
             name: "spring_damping_ratio",
@@ -50,6 +52,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (0.001, 0.1),
             typical: 0.01,
             scale: Scale::Logarithmic,
+            search: Search::Typical,
         },
         Parameter {
             name: "contact_stiffness_N_per_m",
@@ -60,6 +63,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (5e5, 2e7),
             typical: 2e6,
             scale: Scale::Logarithmic,
+            search: Search::OneOf(&[7e5, 5e6]),
         },
     ],
     signature: "a ring from the first instant, damped within some cycles, and again, lower, after release; the cell lags",

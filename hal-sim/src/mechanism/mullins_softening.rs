@@ -6,7 +6,7 @@
 //!
 //! Source: L. Mullins, Rubber Chem. Technol. 42 (1969) 339; most of the softening happens in the first few cycles.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::Assembly;
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -25,6 +25,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (0.01, 0.4),
             typical: 0.15,
             scale: Scale::Logarithmic,
+            search: Search::Strength,
         },
         Parameter {
             name: "hits",
@@ -35,6 +36,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (1.0, 10.0),
             typical: 3.0,
             scale: Scale::Logarithmic,
+            search: Search::Plausible,
         },
     ],
     signature: "the first three to five recordings are stiffer, each less than the one before, whatever their speed",

@@ -6,7 +6,7 @@
 //!
 //! Source: Zener's standard linear solid.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Deformation, ForceLaw, Response};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -25,6 +25,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (0.01, 1.0),
             typical: 0.2,
             scale: Scale::Logarithmic,
+            search: Search::Strength,
         },
         Parameter {
             name: "time_constant_s",
@@ -35,6 +36,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (0.002, 2.0),
             typical: 0.03,
             scale: Scale::Logarithmic,
+            search: Search::OfContactTime,
         },
     ],
     signature: "decay while held, to a plateau; a lower unloading; the loss is greatest where the pulse lasts about τ",

@@ -19,6 +19,39 @@ pub struct Parameter {
     pub typical: f64,
     /// How its values are spaced when one searches over them.
     pub scale: Scale,
+    /// Where a search for it begins, and whether it is the same in every impact.
+    pub search: Search,
+}
+
+/// Where a search for a parameter's value begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Search {
+    /// It is the strength: what one signature shows tells it to first order.
+    Strength,
+    /// At its typical value.
+    Typical,
+    /// At each of these.
+    OneOf(&'static [f64]),
+    /// At each of these, and held there: a whole number.
+    Whole(&'static [f64]),
+    /// Spread over the plausible range.
+    Plausible,
+    /// At parts of the strokes that the springs have made.
+    OfStroke,
+    /// At and beyond the depths that the pad has been pressed to.
+    OfDepth,
+    /// At parts of the peak forces.
+    OfPeak,
+    /// At parts and multiples of the contact time.
+    OfContactTime,
+    /// At the lines that stand in the spectrum of what is unexplained, and spread over the plausible range.
+    OfLines,
+    /// Where a resonance with it meets such a line: a mass on the springs, or a compliance under the mechanism's mass.
+    Resonance,
+    /// Every impact has a value of its own: an angle, the phase of something that runs on between impacts.
+    EachImpact,
+    /// It is not sought but held at its value: a whole number, a choice.
+    Held,
 }
 
 /// How the values of a parameter are spaced.
@@ -31,6 +64,18 @@ pub enum Scale {
 }
 
 impl Parameter {
+    /// Whether it is held at its value when a mechanism is fitted.
+    #[must_use]
+    pub fn is_held(&self) -> bool {
+        matches!(self.search, Search::Held | Search::Whole(_))
+    }
+
+    /// Whether every impact has a value of its own.
+    #[must_use]
+    pub fn is_of_each_impact(&self) -> bool {
+        self.search == Search::EachImpact
+    }
+
     /// Whether this value is possible: within the range, or the null value.
     #[must_use]
     pub fn permits(&self, value: f64) -> bool {

@@ -6,7 +6,7 @@
 //! Source: first-order high-pass of cell and readout; PCB 208C03: 2000 s and more, a readout's AC
 //! coupling 1.6 s and less.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Stage};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -24,6 +24,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         plausible: (0.1, 2000.0),
         typical: 2.0,
         scale: Scale::Logarithmic,
+        search: Search::Strength,
     }],
     signature: "after release the signal is below zero by impulse over τ and creeps back; a held force decays to nothing",
     confused_with: &["pad-relaxation", "charge-drift", "adhesion", "guide-friction"],

@@ -7,7 +7,7 @@
 //! Source: effective masses of one arm in one pose from three public models differ by 40 %, and with the way the
 //! orientation is held by another 35 %.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::Assembly;
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -26,6 +26,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (-0.4, 0.6),
             typical: 0.15,
             scale: Scale::Linear,
+            search: Search::Strength,
         },
         Parameter {
             name: "configuration",
@@ -36,6 +37,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (0.0, 3.0),
             typical: 0.0,
             scale: Scale::Linear,
+            search: Search::Whole(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0]),
         },
     ],
     signature: "in the recordings of one pose peak and duration are off by the same ratio, √(1 + ε), the impulse by its square",

@@ -9,7 +9,7 @@
 //!
 //! Source: logarithmic rate law of rubber and foam in drop tests; a 0.02 to 0.1 per factor e.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::Assembly;
 
 /// The speed at which the rig's own stiffness holds, m/s: about the geometric mean of 0.05 and 0.6.
@@ -29,10 +29,11 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         unit: "1",
         meaning: "relative gain in stiffness for e times the speed",
         null: Some(0.0),
-        range: (0.0, 0.25),
+        range: (0.0, 0.6),
         plausible: (0.002, 0.15),
         typical: 0.05,
         scale: Scale::Logarithmic,
+        search: Search::Strength,
     }],
     signature: "the fitted stiffness grows with the logarithm of the speed, each pulse is a clean one",
     confused_with: &["hardening", "joint-elasticity", "mullins-softening"],

@@ -5,7 +5,7 @@
 //!
 //! Source: first-order rise to a plateau, the simplest form of a torque-limited position controller.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Drive, Motion};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -24,6 +24,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (1.0, 150.0),
             typical: 20.0,
             scale: Scale::Logarithmic,
+            search: Search::Strength,
         },
         Parameter {
             name: "rise_time_s",
@@ -34,6 +35,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (0.005, 0.3),
             typical: 0.015,
             scale: Scale::Logarithmic,
+            search: Search::OfContactTime,
         },
     ],
     signature: "a longer pulse, a higher late force, contact that does not end but comes to rest at F_0, hits again",

@@ -4,7 +4,7 @@
 //!
 //! Source: comparison of robot controllers with independent gates: 2 to 10 %.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::Assembly;
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -22,6 +22,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         plausible: (-0.1, 0.1),
         typical: 0.04,
         scale: Scale::Linear,
+        search: Search::Strength,
     }],
     signature: "peak and impulse are off by the same ratio in every recording, the duration is right",
     confused_with: &["gain-error", "pose-dependent-mass"],

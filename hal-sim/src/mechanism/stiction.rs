@@ -4,7 +4,7 @@
 //!
 //! Source: Stribeck's curve with its falling part taken as a step; F_s/F_c 1.1 to 2.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::Assembly;
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -23,6 +23,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (0.1, 10.0),
             typical: 2.0,
             scale: Scale::Logarithmic,
+            search: Search::Strength,
         },
         Parameter {
             name: "static_ratio",
@@ -33,6 +34,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (1.05, 2.0),
             typical: 1.5,
             scale: Scale::Linear,
+            search: Search::Plausible,
         },
     ],
     signature: "a dead zone at the start and at the turning point that ends with a jump; a rest after release",

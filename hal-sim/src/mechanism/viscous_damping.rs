@@ -5,7 +5,7 @@
 //!
 //! Source: Kelvin–Voigt element.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::Assembly;
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -23,6 +23,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         plausible: (1.0, 100.0),
         typical: 20.0,
         scale: Scale::Logarithmic,
+        search: Search::Strength,
     }],
     signature: "a step of the force at contact, proportional to the speed; the pulse ends while the pad is still pressed",
     confused_with: &["hunt-crossley-damping", "moving-piece-inertia", "guide-friction"],

@@ -227,9 +227,21 @@ impl Simulate {
         let named: Result<Vec<Effect>, _> =
             self.rig.mechanisms.iter().map(|text| Effect::from_str(text).map_err(MechanismRefused)).collect();
         let mut effects = named?;
+        let mut limited = Vec::new();
         let rigs: Vec<(String, Rig)> = if let Some(path) = &self.rig.model {
             let model = model::read(path)?;
             effects.splice(0..0, model.effects());
+            limited = model.limited();
+            for (effect, name) in &limited {
+                if (1..=self.masses.len()).all(|number| number.to_string() != *name) {
+                    eprintln!(
+                        "warning: `{}` acts in configuration {name} only; the {} masses here are the configurations 1 to {}, so it never does",
+                        effect.mechanism().id,
+                        self.masses.len(),
+                        self.masses.len()
+                    );
+                }
+            }
             vec![(model.name, model.rig)]
         } else if let Some(stiffness) = self.rig.body_stiffness {
             vec![(format!("{stiffness} N/m"), self.rig_of(stiffness, None, &effects)?)]
@@ -261,6 +273,7 @@ impl Simulate {
                 name,
                 rig,
                 effects: effects.clone(),
+                limited: limited.clone(),
                 speeds_m_per_s: self.speeds.clone(),
                 masses_kg: self.masses.clone(),
                 repeats: self.repeats,

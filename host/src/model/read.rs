@@ -25,6 +25,7 @@ struct ModelTable {
 #[serde(deny_unknown_fields)]
 struct MechanismTable {
     id: Spanned<String>,
+    configuration: Option<String>,
     #[serde(default)]
     parameters: BTreeMap<Spanned<String>, Spanned<ParameterTable>>,
 }
@@ -66,7 +67,8 @@ impl Model {
         for mechanism in &table.mechanism {
             let entry = read_mechanism(file, text, mechanism)?;
             let id = entry.effect.mechanism().id;
-            if mechanisms.iter().any(|other| other.effect.mechanism().id == id) {
+            let twice = |other: &ModelMechanism| other.effect.mechanism().id == id && other.only_in == entry.only_in;
+            if mechanisms.iter().any(twice) {
                 return Err(InputError::at(
                     file,
                     text,
@@ -122,5 +124,5 @@ fn read_mechanism(file: &str, text: &str, table: &MechanismTable) -> Result<Mode
             }
         };
     }
-    Ok(ModelMechanism { effect, intervals })
+    Ok(ModelMechanism { effect, intervals, only_in: table.configuration.clone() })
 }

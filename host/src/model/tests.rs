@@ -27,6 +27,18 @@ fn a_model_is_read_and_written_back() {
 }
 
 #[test]
+fn a_mechanism_may_act_in_one_configuration_only() {
+    let text =
+        TEXT.replace("id = \"guide-friction\"", "id = \"guide-friction\"\nconfiguration = \"arm \\\"stretched\\\"\"");
+    let model = Model::parse("model.toml", &text).unwrap();
+    assert!(model.effects().is_empty());
+    assert_eq!(model.limited()[0].1, "arm \"stretched\"");
+    assert_eq!(Model::parse("again.toml", &model.to_toml()).unwrap(), model);
+    // The same mechanism elsewhere is another statement.
+    assert!(Model::parse("both.toml", &format!("{text}\n[[mechanism]]\nid = \"guide-friction\"\n")).is_ok());
+}
+
+#[test]
 fn every_mechanism_with_its_typical_values_goes_through_a_file() {
     let rig = Model::parse("model.toml", TEXT).unwrap().rig;
     let mechanisms =

@@ -16,6 +16,9 @@ impl Model {
         for entry in &self.mechanisms {
             let mechanism = entry.effect.mechanism();
             let _ = writeln!(text, "\n# {}\n[[mechanism]]\nid = \"{}\"", mechanism.equation, mechanism.id);
+            if let Some(configuration) = &entry.only_in {
+                let _ = writeln!(text, "configuration = {}", string_toml(configuration));
+            }
             text.push_str("[mechanism.parameters]\n");
             for (place, parameter) in mechanism.parameters.iter().enumerate() {
                 let _ = write!(text, "{} = {{ value = {}", parameter.name, number_toml(entry.effect.value(place)));

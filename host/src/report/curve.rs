@@ -70,7 +70,7 @@ pub(super) fn judged(raw: &[f32], filter: FilterProfile, sample_rate: Hertz) -> 
 }
 
 /// Thins a line to about `points` points without losing its highest and lowest: from each stretch both are kept.
-pub(super) fn thinned(line: &[(f64, f64)], points: usize) -> Vec<(f64, f64)> {
+pub(crate) fn thinned(line: &[(f64, f64)], points: usize) -> Vec<(f64, f64)> {
     let stretch = (2 * line.len()).div_ceil(points.max(2)).max(1);
     if stretch <= 2 {
         return line.to_vec();

@@ -8,7 +8,8 @@ use super::curve::thinned;
 use super::figure::{Figure, Instant, Level, Line, Spot, Stroke};
 use super::{ImpactReport, Report, sheet, words};
 
-const STYLE: &str = "
+/// What all pages of the tool look like.
+pub(crate) const STYLE: &str = "
 body { font: 16px/1.45 sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; color: #111; background: #fff }
 h1 { font-size: 1.7rem; margin-bottom: .3rem } h2 { margin-top: 2.2rem; border-top: 1px solid #999; padding-top: .8rem } h3 { margin-top: 1.6rem }
 table { border-collapse: collapse; width: 100%; font-size: .92rem; margin: .6rem 0 }

@@ -85,12 +85,20 @@ pub fn simulate(plan: &Plan, mut progress: impl FnMut()) -> Result<Simulated, Si
         name: plan.name.clone(),
         body_stiffness_N_per_m: rig.body_stiffness_n_per_m,
         pad_stiffness_N_per_m: rig.pad_stiffness_n_per_m,
-        mechanisms: plan.effects.iter().map(ToString::to_string).collect(),
+        mechanisms: plan
+            .effects
+            .iter()
+            .map(ToString::to_string)
+            .chain(plan.limited.iter().map(|(effect, name)| format!("{effect} in configuration {name}")))
+            .collect(),
         recordings: Vec::new(),
     };
     let mut entries = Vec::new();
     let mut recordings = Vec::new();
     for (configuration, (mass, factor)) in plan.masses_kg.iter().zip(mass_factors).enumerate() {
+        let name = (configuration + 1).to_string();
+        let limited = plan.limited.iter().filter(|(_, only_in)| *only_in == name).map(|(effect, _)| effect.clone());
+        let effects: Vec<_> = plan.effects.iter().cloned().chain(limited).collect();
         for speed in &plan.speeds_m_per_s {
             for _ in 0..plan.repeats {
                 let number = entries.len() + 1;
@@ -109,7 +117,7 @@ pub fn simulate(plan: &Plan, mut progress: impl FnMut()) -> Result<Simulated, Si
                     this_rig.body_stiffness_n_per_m *= factor;
                 }
                 let impact =
-                    this_rig.strike(&approach, &plan.effects, plan.after_s, Accuracy::default()).map_err(|error| {
+                    this_rig.strike(&approach, &effects, plan.after_s, Accuracy::default()).map_err(|error| {
                         SimulationError::Rig { recording: number, speed_m_per_s: *speed, mass_kg: *mass, error }
                     })?;
                 let fraction = chance.fraction();
@@ -139,7 +147,7 @@ pub fn simulate(plan: &Plan, mut progress: impl FnMut()) -> Result<Simulated, Si
                     file,
                     impact_speed_m_per_s: believed_speed,
                     effective_mass_kg: Estimate::new(*mass, plan.doubt.mass * mass),
-                    configuration: Some((configuration + 1).to_string()),
+                    configuration: Some(name.clone()),
                 });
                 recordings.push(recording);
                 progress();

@@ -16,6 +16,7 @@ fn plan() -> Plan {
             spring_repeatability: SPRING_REPEATABILITY,
         },
         effects: Vec::new(),
+        limited: Vec::new(),
         speeds_m_per_s: vec![0.1, 0.3],
         masses_kg: vec![5.0, 8.0],
         repeats: 2,
@@ -126,5 +127,16 @@ fn a_plan_that_cannot_be_is_refused_with_the_range() {
     ] {
         let error = simulate(&plan, || {}).unwrap_err().to_string();
         assert!(error.contains(says), "{error}");
+    }
+}
+
+#[test]
+fn a_limited_mechanism_acts_in_its_configuration_only() {
+    let effect: Effect = "gain-error:relative=0.2".parse().unwrap();
+    let ideal = simulate(&plan(), || {}).unwrap();
+    let with = simulate(&Plan { limited: vec![(effect, "2".to_owned())], ..plan() }, || {}).unwrap();
+    for (number, entry) in with.campaign.recordings.iter().enumerate() {
+        let same = with.recordings[number] == ideal.recordings[number];
+        assert_eq!(same, entry.configuration.as_deref() == Some("1"), "{number}");
     }
 }

@@ -10,6 +10,7 @@
 //! oscillator. 160 and not 170 MHz, because 80 MHz divides into CAN bits and 42.5 MHz does not.
 
 use embassy_stm32::Config;
+use embassy_stm32::pac::{PWR, RCC};
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPreDiv, PllQDiv, PllRDiv, PllSource, Sysclk, mux,
 };
@@ -28,6 +29,16 @@ const _: () = assert!(PLL_HZ / 4 == KERNEL_HZ, "the bit timing was worked out fo
 const _: () = assert!(SYSCLK_HZ / 4 == ADC_HZ, "the sampling times were worked out for this clock");
 const _: () = assert!(SYSCLK_HZ.is_multiple_of(SAMPLE_RATE_HZ), "the sample rate must come out exactly");
 
+/// Lets the core voltage be that of range 1 boost, which is required above 150 MHz (RM0440, 6.1.5); before the clocks.
+///
+/// `config.rcc.boost` of `embassy-stm32` 0.6.0 means to, but its register description has R1MODE at bit 0 of PWR_CR5. It is bit 8
+/// (RM0440, 6.4.22), and 1 after a reset.
+pub fn boost_core_voltage() {
+    const R1MODE: u32 = 1 << 8;
+    RCC.apb1enr1().modify(|enable| enable.set_pwren(true));
+    PWR.cr5().modify(|cr5| cr5.0 &= !R1MODE);
+}
+
 /// What `embassy_stm32::init` sets up, with the priority of the DMA's interrupts.
 pub fn config() -> Config {
     let mut config = Config::default();
@@ -45,7 +56,7 @@ pub fn config() -> Config {
     config.rcc.ahb_pre = AHBPrescaler::DIV1;
     config.rcc.apb1_pre = APBPrescaler::DIV1;
     config.rcc.apb2_pre = APBPrescaler::DIV1;
-    // Voltage range 1 boost, required above 150 MHz.
+    // For the wait states of the flash; the voltage itself: `boost_core_voltage`.
     config.rcc.boost = true;
     config.rcc.mux.fdcansel = mux::Fdcansel::PLL1_Q;
     config.rcc.mux.adc12sel = mux::Adcsel::SYS;

@@ -23,11 +23,13 @@ const ONE: &str = "a task was started twice";
 async fn main(thread: Spawner) {
     let watchdog = BoardWatchdog::unleash();
     let identity = identity::read();
+    clocks::boost_core_voltage();
+    let chip = embassy_stm32::init(clocks::config());
+    // Not before: the log reads the time.
     if let Some((end, detail, addresses)) = memory::kept().kept() {
         error!("before the reset: {}, detail {=u32:#x}; cargo xtask where {=[?]:#x}", end, detail, addresses);
     }
     memory::kept().forget();
-    let chip = embassy_stm32::init(clocks::config());
 
     let flash = BankTwo::new(Flash::new_blocking(chip.FLASH));
     let whole = flash.whole();

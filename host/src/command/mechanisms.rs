@@ -1,0 +1,166 @@
+//! `thud mechanisms`: the physics that simulation and diagnosis know.
+
+use miette::miette;
+use serde::Serialize;
+use thud_sim::mechanism::{LIST, Mechanism, Parameter, Search};
+
+use crate::json::JsonOption;
+use crate::table::{Side, Table};
+
+/// List the mechanisms that simulation and diagnosis know, or show one in full
+///
+/// Example: thud mechanisms guide-friction
+#[derive(clap::Args, Debug)]
+pub struct Mechanisms {
+    /// Show this one: its equation, parameters and ranges, where its mismatch shows, what it is confused with
+    #[arg(value_name = "ID")]
+    id: Option<String>,
+    #[command(flatten)]
+    json: JsonOption,
+}
+
+/// A mechanism as JSON.
+#[derive(Serialize)]
+struct Shown {
+    id: &'static str,
+    group: &'static str,
+    site: &'static str,
+    equation: &'static str,
+    parameters: Vec<ShownParameter>,
+    signature: &'static str,
+    confused_with: &'static [&'static str],
+    separated_by: &'static str,
+    source: &'static str,
+}
+
+/// A parameter; an absence at an infinite value is `"infinity"`, which JSON has no number for.
+#[derive(Serialize)]
+struct ShownParameter {
+    name: &'static str,
+    unit: &'static str,
+    meaning: &'static str,
+    range: [f64; 2],
+    plausible: [f64; 2],
+    typical: f64,
+    absent_at: Option<serde_json::Value>,
+    fitted: bool,
+    of_each_impact: bool,
+}
+
+impl Shown {
+    fn new(mechanism: &'static Mechanism) -> Self {
+        Self {
+            id: mechanism.id,
+            group: mechanism.group.name(),
+            site: mechanism.site.name(),
+            equation: mechanism.equation,
+            parameters: mechanism.parameters.iter().map(ShownParameter::new).collect(),
+            signature: mechanism.signature,
+            confused_with: mechanism.confused_with,
+            separated_by: mechanism.separated_by,
+            source: mechanism.source,
+        }
+    }
+}
+
+impl ShownParameter {
+    fn new(parameter: &'static Parameter) -> Self {
+        let absent = |null: f64| if null.is_infinite() { "infinity".into() } else { null.into() };
+        Self {
+            name: parameter.name,
+            unit: parameter.unit,
+            meaning: parameter.meaning,
+            range: parameter.range.into(),
+            plausible: parameter.plausible.into(),
+            typical: parameter.typical,
+            absent_at: parameter.null.map(absent),
+            fitted: !parameter.is_held(),
+            of_each_impact: parameter.is_of_each_impact(),
+        }
+    }
+}
+
+impl Mechanisms {
+    pub(super) fn run(self) -> miette::Result<()> {
+        let Some(id) = &self.id else {
+            self.json.write(&LIST.iter().map(|mechanism| Shown::new(mechanism)).collect::<Vec<_>>())?;
+            if !self.json.owns_stdout() {
+                list();
+            }
+            return Ok(());
+        };
+        let mechanism = Mechanism::find(id).map_err(|error| {
+            miette!(help = "`thud mechanisms` without an id lists them with their equations", "{error}")
+        })?;
+        self.json.write(&Shown::new(mechanism))?;
+        if !self.json.owns_stdout() {
+            crate::standard_output::say(format_args!("{}", screen(mechanism)));
+        }
+        Ok(())
+    }
+}
+
+/// Columns for an equation in the list.
+const EQUATION: usize = 62;
+
+fn list() {
+    let mut table = Table::new(&[("mechanism", Side::Left), ("group", Side::Left), ("equation", Side::Left)]);
+    for mechanism in LIST {
+        // What does not fit is in the mechanism's own screen.
+        let whole = mechanism.equation;
+        let cut = || whole.chars().take(EQUATION - 1).collect::<String>() + "…";
+        let equation = if whole.chars().count() > EQUATION { cut() } else { whole.to_owned() };
+        table.row([mechanism.id.to_owned(), mechanism.group.name().to_owned(), equation]);
+    }
+    crate::standard_output::say(format_args!("{table}"));
+    crate::say!("\n`thud mechanisms ID` shows one in full; `docs/adding-a-mechanism.md` adds another.");
+}
+
+/// One mechanism in full, for a terminal of 100 columns.
+fn screen(mechanism: &'static Mechanism) -> String {
+    use std::fmt::Write as _;
+
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = writeln!(text, "{}  ({}, at the {})\n", mechanism.id, mechanism.group.name(), mechanism.site.name());
+    let _ = writeln!(text, "  {}\n", mechanism.equation);
+    let mut table = Table::new(&[
+        ("parameter", Side::Left),
+        ("unit", Side::Left),
+        ("usual", Side::Left),
+        ("possible", Side::Left),
+        ("absent at", Side::Right),
+        ("", Side::Left),
+    ]);
+    for parameter in mechanism.parameters {
+        let range = |(low, high): (f64, f64)| format!("{low} to {high}");
+        let how = match parameter.search {
+            Search::Held | Search::Whole(_) => "held, not fitted",
+            Search::EachImpact => "each impact has its own",
+            _ => "",
+        };
+        table.row([
+            parameter.name.to_owned(),
+            parameter.unit.to_owned(),
+            range(parameter.plausible),
+            range(parameter.range),
+            parameter.null.map_or_else(String::new, |null| null.to_string()),
+            how.to_owned(),
+        ]);
+    }
+    let _ = writeln!(text, "{table}");
+    let mut part = |head: &str, words: &str| {
+        let begin = format!("  {head:<16}");
+        let options = textwrap::Options::new(100).initial_indent(&begin).subsequent_indent("                  ");
+        let _ = writeln!(text, "{}", textwrap::fill(words, options));
+    };
+    for parameter in mechanism.parameters {
+        part(parameter.name, parameter.meaning);
+    }
+    part("shows as", mechanism.signature);
+    part("confused with", &mechanism.confused_with.join(", "));
+    part("separated by", mechanism.separated_by);
+    part("source", mechanism.source);
+    let _ = writeln!(text, "\n  thud simulate --mechanism {}", mechanism.typical());
+    text
+}

@@ -1,0 +1,155 @@
+//! What to record next: computed from the models, not a canned sentence.
+//!
+//! Two models that these recordings cannot tell apart are both run at conditions that have not been recorded. What the one shows and
+//! the other cannot imitate (by contact instant, offset, speed and spring within their uncertainty) is how far that recording would
+//! separate them. Where everything is clear the advice is what could not have been seen.
+
+use super::fit::{Effort, Fit};
+use super::problem::{Prepared, Problem, Samples};
+use super::select::{Selection, Trial};
+use super::verdict::{Verdict, twins};
+
+/// Speeds that are tried, over the largest that was recorded.
+const SPEEDS: [f64; 4] = [0.25, 0.6, 1.0, 1.3];
+/// How long the recording is held after the contact that a free impact would have, in contact times; the second is a held contact.
+const HELD: [f64; 2] = [3.0, 25.0];
+
+/// A recording that has not been made, and how far it separates two models.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Separation {
+    /// Speed, m/s.
+    pub speed_m_per_s: f64,
+    /// Effective mass, kg.
+    pub mass_kg: f64,
+    /// Name of the configuration.
+    pub configuration: String,
+    /// Seconds after contact to be recorded.
+    pub after_s: f64,
+    /// Norm of the whitened difference that cannot be imitated.
+    pub separation: f64,
+}
+
+/// Sentences for a selection.
+#[must_use]
+pub fn advice(problem: &Problem, selection: &Selection) -> Vec<String> {
+    let mut sentences = Vec::new();
+    let best = &selection.best;
+    for place in 0..best.fit.layout.entrants.len() {
+        let id = best.fit.layout.entrants[place].effect.mechanism().id;
+        for (twin, _) in twins(selection, place) {
+            let rival = selection.rivals.iter().find(|(of, trial)| *of == place && last_id(trial) == Some(twin));
+            let Some((_, rival)) = rival else { continue };
+            let here = recorded(problem, &best.fit, &rival.fit);
+            match separations(problem, &best.fit, &rival.fit).into_iter().next() {
+                Some(next) if next.separation > 0.5 => sentences.push(format!(
+                    "To tell {id} from {twin}: record {:.2} m/s with {:.1} kg (configuration {}), until {:.2} s after contact. One such recording separates them by {:.1} standard deviations; the best of those at hand by {here:.1}.",
+                    next.speed_m_per_s, next.mass_kg, next.configuration, next.after_s, next.separation
+                )),
+                _ => sentences.push(format!(
+                    "No speed, mass or longer recording on this rig tells {id} from {twin}: change the rig ({}).",
+                    best.fit.layout.entrants[place].effect.mechanism().separated_by
+                )),
+            }
+        }
+    }
+    if sentences.is_empty() && Verdict::of(selection) == Verdict::Unexplained {
+        let heaviest = problem.recordings.iter().max_by(|a, b| energy(a).total_cmp(&energy(b)));
+        if let Some(recording) = heaviest {
+            sentences.push(format!(
+                "Repeat {:.2} m/s with {:.1} kg three times, and once each at half that speed with the pad taken out and with another pose: what stays with the rig, with the pad or with the robot says where to look.",
+                recording.speed.value, recording.mass.value
+            ));
+        }
+    }
+    sentences
+}
+
+fn last_id(trial: &Trial) -> Option<&'static str> {
+    trial.fit.layout.entrants.last().map(|entrant| entrant.effect.mechanism().id)
+}
+
+fn energy(recording: &Prepared) -> f64 {
+    recording.mass.value * recording.speed.value.powi(2)
+}
+
+/// How far the best of the present recordings separates two fits.
+fn recorded(problem: &Problem, one: &Fit, other: &Fit) -> f64 {
+    (0..problem.recordings.len())
+        .map(|number| (one.recording_cost(number) - other.recording_cost(number)).abs().sqrt())
+        .fold(0.0, f64::max)
+}
+
+/// Recordings that could be made, the one that separates most first.
+#[must_use]
+pub fn separations(problem: &Problem, one: &Fit, other: &Fit) -> Vec<Separation> {
+    let fastest = problem.recordings.iter().map(|recording| recording.speed.value.abs()).fold(0.0, f64::max);
+    let mut all = Vec::new();
+    for configuration in 0..problem.configurations.len() {
+        let Some(model) = problem.recordings.iter().position(|recording| recording.configuration == configuration)
+        else {
+            continue;
+        };
+        for part in SPEEDS {
+            for held in HELD {
+                if let Some(separation) = separation(problem, one, other, model, part * fastest, held) {
+                    all.push(separation);
+                }
+            }
+        }
+    }
+    all.sort_by(|a, b| b.separation.total_cmp(&a.separation));
+    all
+}
+
+/// Simulates `one` as a recording and lets `other` imitate it.
+fn separation(problem: &Problem, one: &Fit, other: &Fit, like: usize, speed: f64, held: f64) -> Option<Separation> {
+    let pattern = &problem.recordings[like];
+    let step_s = (pattern.times_s[pattern.times_s.len() - 1] - pattern.times_s[0]) / (pattern.times_s.len() - 1) as f64;
+    let contact_s = 0.02;
+    let after_s = held * pattern.contact_time_s;
+    // A long hold is thinned: what it shows is slow.
+    let step_s = step_s.max((contact_s + after_s) / 3000.0);
+    let times_s: Vec<f64> = (0..((contact_s + after_s) / step_s) as usize).map(|place| place as f64 * step_s).collect();
+    let blank = |series: Vec<Vec<f64>>| Problem {
+        rig: problem.rig.clone(),
+        channels: problem.channels.clone(),
+        configurations: problem.configurations.clone(),
+        mass_sd: problem.mass_sd.clone(),
+        recordings: vec![Prepared {
+            name: String::new(),
+            file: String::new(),
+            times_s: times_s.clone(),
+            series,
+            mean_of_s2: pattern.mean_of_s2,
+            speed: crate::campaign::Estimate::new(
+                speed,
+                pattern.speed.sd / pattern.speed.value.abs().max(1e-9) * speed,
+            ),
+            mass: pattern.mass,
+            configuration: pattern.configuration,
+            order: problem.recordings.len() as u32,
+            contact_guess_s: contact_s,
+            offset_guess: vec![0.0; problem.channels.len()],
+            contact_time_s: pattern.contact_time_s,
+            raw: Samples { times_s: Vec::new(), values: Vec::new(), quiet_rms: None },
+            gaps_s: Vec::new(),
+        }],
+    };
+    let quiet = blank(vec![vec![0.0; times_s.len()]; problem.channels.len()]);
+    let start = |fit: &Fit, problem: &Problem| {
+        let mut point = fit.layout.start(problem);
+        point.globals.clone_from(&fit.point.globals);
+        point
+    };
+    let shown = Fit::at(&quiet, one.layout.clone(), start(one, &quiet), &[0])?;
+    let series: Vec<Vec<f64>> = shown.model[0].chunks(times_s.len()).map(<[f64]>::to_vec).collect();
+    let hypothetical = blank(series);
+    let imitated = Fit::run(&hypothetical, other.layout.clone(), start(other, &hypothetical), &[0], Effort::LOCAL)?;
+    Some(Separation {
+        speed_m_per_s: speed,
+        mass_kg: pattern.mass.value,
+        configuration: problem.configurations[pattern.configuration].clone(),
+        after_s,
+        separation: imitated.recording_cost(0).sqrt(),
+    })
+}

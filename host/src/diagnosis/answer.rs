@@ -1,0 +1,209 @@
+//! The answer as the contract has it: `thud-diagnosis/1`.
+
+use serde::Serialize;
+
+use super::Diagnosis;
+use super::held_out::{pooled, rmse};
+use super::layout::{Role, coordinate_of, value_of};
+use super::locate::locate;
+use super::predict;
+use super::retuned::{Retuned, retuned};
+use super::verdict::{Verdict, remains, rest_share, twins};
+use super::words;
+
+/// What the `format` key says.
+pub const FORMAT: &str = "thud-diagnosis/1";
+/// What the `format` key of an evaluation says.
+pub const FORMAT_EVALUATION: &str = "thud-evaluation/1";
+/// Two-sided 95 % of a normal distribution.
+const DEVIATIONS_95: f64 = 1.959_964;
+
+/// The whole answer.
+#[derive(Clone, Debug, Serialize)]
+#[expect(missing_docs, reason = "the contract's own keys")]
+pub struct Answer {
+    pub format: &'static str,
+    pub verdict: &'static str,
+    pub baseline: Baseline,
+    #[serde(rename = "where")]
+    pub places: Vec<Place>,
+    pub mechanisms: Vec<Named>,
+    pub model: ModelFit,
+    pub rejected: Vec<Rejected>,
+    pub unexplained: Unexplained,
+    pub advice: Vec<String>,
+}
+
+/// A place where the re-tuned baseline and the recordings differ.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[expect(missing_docs, non_snake_case, reason = "the contract's own keys")]
+pub struct Place {
+    pub phase: &'static str,
+    pub time_from_contact_s: [f64; 2],
+    pub frequency_Hz: [f64; 2],
+    pub recordings: Vec<String>,
+    pub depends_on: Vec<&'static str>,
+    pub share: f64,
+    pub p_value: f64,
+}
+
+/// What is left that no mechanism explains.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "the contract's own keys")]
+pub struct Unexplained {
+    pub share: f64,
+    pub depends_on: Vec<&'static str>,
+    pub form: String,
+    pub held_out_rmse: f64,
+}
+
+/// How the standard's own simulation does.
+#[derive(Clone, Debug, Serialize)]
+#[expect(missing_docs, reason = "the contract's own keys")]
+pub struct Baseline {
+    pub nominal_rmse: f64,
+    pub retuned_rmse: f64,
+    pub held_out_rmse: f64,
+    pub noise_rms: f64,
+    pub parameters: Vec<Value>,
+}
+
+/// A number with its interval.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "the contract's own keys")]
+pub struct Value {
+    pub name: String,
+    pub unit: String,
+    pub value: f64,
+    pub low: f64,
+    pub high: f64,
+}
+
+/// A mechanism that was found.
+#[derive(Clone, Debug, Serialize)]
+#[expect(missing_docs, reason = "the contract's own keys")]
+pub struct Named {
+    pub id: &'static str,
+    pub parameters: Vec<Value>,
+    pub held_out_gain: f64,
+    pub indistinguishable_from: Vec<&'static str>,
+    pub because: String,
+}
+
+/// How the final model does.
+#[derive(Clone, Debug, Serialize)]
+#[expect(missing_docs, reason = "the contract's own keys")]
+pub struct ModelFit {
+    pub rmse: f64,
+    pub held_out_rmse: f64,
+    pub noise_ratio: f64,
+    pub residual_is_white: bool,
+}
+
+/// A mechanism that was tried and not taken.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "the contract's own keys")]
+pub struct Rejected {
+    pub id: String,
+    pub because: String,
+}
+
+/// Everything said.
+#[must_use]
+pub fn answer(diagnosis: &Diagnosis) -> Answer {
+    let problem = &diagnosis.problem;
+    let selection = &diagnosis.selection;
+    let raw_rmse = |fit: &super::fit::Fit| {
+        let each: Vec<f64> = (0..problem.recordings.len())
+            .map(|number| {
+                predict::raw(problem, &fit.layout, &fit.point, number)
+                    .map_or(f64::NAN, |model| rmse(&problem.recordings[number].raw.values, &model))
+            })
+            .collect();
+        pooled(problem, &each)
+    };
+    let noise = problem.noise_rms();
+    let model_rmse = raw_rmse(&selection.best.fit);
+    let held_out = diagnosis.held_out.overall(problem);
+    Answer {
+        format: FORMAT,
+        verdict: Verdict::of(selection).word(),
+        baseline: Baseline {
+            nominal_rmse: raw_rmse(&diagnosis.nominal),
+            retuned_rmse: raw_rmse(&selection.baseline),
+            held_out_rmse: diagnosis.baseline_held_out.overall(problem),
+            noise_rms: noise,
+            parameters: retuned(diagnosis).iter().map(Retuned::baseline_value).collect(),
+        },
+        places: locate(problem, &diagnosis.located),
+        mechanisms: (0..selection.best.fit.layout.entrants.len())
+            .map(|place| {
+                let entrant = &selection.best.fit.layout.entrants[place];
+                Named {
+                    id: entrant.effect.mechanism().id,
+                    parameters: parameters(diagnosis, place),
+                    held_out_gain: diagnosis.baseline_held_out.overall(problem) - held_out,
+                    indistinguishable_from: twins(selection, place).into_iter().map(|(id, _)| id).collect(),
+                    because: words::because(diagnosis, place),
+                }
+            })
+            .collect(),
+        model: ModelFit {
+            rmse: model_rmse,
+            held_out_rmse: held_out,
+            noise_ratio: model_rmse / noise,
+            residual_is_white: !remains(selection),
+        },
+        rejected: words::rejected(diagnosis),
+        unexplained: unexplained(diagnosis, held_out),
+        advice: super::advice::advice(problem, selection),
+    }
+}
+
+/// What is left beyond the chosen model. The map's gain on recordings left out is known at the thinned samples, where the noise is less; the
+/// noise itself it cannot lower, so that the same mean square goes off at the full rate.
+fn unexplained(diagnosis: &Diagnosis, held_out_rmse: f64) -> Unexplained {
+    let selection = &diagnosis.selection;
+    let places = locate(&diagnosis.problem, &selection.best.fit);
+    let Some(map) = &diagnosis.map else {
+        return Unexplained { held_out_rmse, ..Unexplained::default() };
+    };
+    let (without, with) = map.held_out_square;
+    let lower = (held_out_rmse.powi(2) - (without - with)).max(0.0).sqrt();
+    let mut depends_on: Vec<&'static str> = places.iter().flat_map(|place| place.depends_on.clone()).collect();
+    depends_on.sort_unstable();
+    depends_on.dedup();
+    Unexplained {
+        share: rest_share(selection.rest, selection.baseline_rest),
+        depends_on,
+        form: map.form.clone(),
+        held_out_rmse: lower.max(diagnosis.problem.noise_rms() * 0.9),
+    }
+}
+
+/// A mechanism's parameters in the chosen model, with intervals from the curvature of χ².
+#[must_use]
+pub fn parameters(diagnosis: &Diagnosis, place: usize) -> Vec<Value> {
+    let selection = &diagnosis.selection;
+    let fit = &selection.best.fit;
+    let deviations = selection.tangent.normal(0.0).map(|normal| normal.global_deviations());
+    let effect = fit.layout.effect_at(place, &fit.point, 0);
+    effect
+        .mechanism()
+        .parameters
+        .iter()
+        .enumerate()
+        .map(|(number, parameter)| {
+            let value = effect.value(number);
+            let role = Role::Mechanism { entrant: place, place: number };
+            let global = fit.layout.globals.iter().position(|coordinate| coordinate.role == role);
+            let interval = global.zip(deviations.as_ref()).map(|(global, deviations)| {
+                let here = coordinate_of(parameter, value);
+                let half = DEVIATIONS_95 * deviations[global];
+                (value_of(parameter, here - half), value_of(parameter, here + half))
+            });
+            let (low, high) = interval.unwrap_or((value, value));
+            Value { name: parameter.name.to_owned(), unit: parameter.unit.to_owned(), value, low, high }
+        })
+        .collect()
+}

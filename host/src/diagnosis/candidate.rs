@@ -1,0 +1,159 @@
+//! Where a search for a mechanism begins: a grid over the values that shape it.
+//!
+//! A shape that is a place on the way (a stroke, a force, a time) is sought where the recordings have been: at parts of the strokes,
+//! forces and contact times that the fit so far has. The strength is not gridded: one signature tells it to first order.
+
+use thud_sim::mechanism::{Effect, Mechanism, Scale, Search};
+
+use super::problem::Problem;
+
+/// The most starts of a mechanism.
+const MOST_STARTS: usize = 24;
+
+/// The part of the likely values that a strength of either sign is tried with.
+const SMALL_PART: f64 = 0.03;
+
+/// How far the recordings reach, each sorted upwards.
+#[derive(Clone, Debug)]
+pub struct Reach {
+    /// Largest stroke of the body springs in each recording, m.
+    strokes_m: Vec<f64>,
+    /// Largest depth of the pad in each recording, m.
+    depths_m: Vec<f64>,
+    /// Peak force of each recording, N.
+    peaks_n: Vec<f64>,
+    /// Contact time of each recording, s.
+    contact_times_s: Vec<f64>,
+    /// Stiffness of the body springs and of the pad, N/m.
+    body_n_per_m: f64,
+    pad_n_per_m: Option<f64>,
+    /// Frequencies at which the residual is strong, Hz, strongest first.
+    lines_hz: Vec<f64>,
+}
+
+impl Reach {
+    /// From what the recordings show: their peaks over the springs' stiffness.
+    #[must_use]
+    pub fn of(problem: &Problem, lines_hz: Vec<f64>) -> Self {
+        let rig = crate::model::simulated(&problem.rig);
+        let ideal_n = |number: usize| {
+            let recording = &problem.recordings[number];
+            recording.speed.value.abs() * (rig.effective_stiffness_n_per_m() * recording.mass.value).sqrt()
+        };
+        let peak_n = |number: usize| {
+            let force = problem.channels.iter().position(|channel| channel.column == crate::recording::FORCE);
+            force.map_or_else(
+                || ideal_n(number),
+                |channel| {
+                    let series = &problem.recordings[number].series[channel];
+                    series.iter().copied().fold(0.0, f64::max) - problem.recordings[number].offset_guess[channel]
+                },
+            )
+        };
+        let sorted = |mut values: Vec<f64>| {
+            values.sort_by(f64::total_cmp);
+            values
+        };
+        let peaks_n = sorted((0..problem.recordings.len()).map(peak_n).collect());
+        let over = |stiffness: f64| peaks_n.iter().map(|peak| peak / stiffness).collect();
+        Self {
+            strokes_m: over(rig.body_stiffness_n_per_m),
+            depths_m: over(rig.pad_stiffness_n_per_m.unwrap_or(rig.body_stiffness_n_per_m)),
+            contact_times_s: sorted(problem.recordings.iter().map(|recording| recording.contact_time_s).collect()),
+            peaks_n,
+            body_n_per_m: rig.body_stiffness_n_per_m,
+            pad_n_per_m: rig.pad_stiffness_n_per_m,
+            lines_hz,
+        }
+    }
+
+    /// The mechanism at every start of its grid.
+    #[must_use]
+    pub fn starts(&self, mechanism: &'static Mechanism) -> Vec<Effect> {
+        let mut starts = vec![mechanism.typical()];
+        for (place, parameter) in mechanism.parameters.iter().enumerate() {
+            let values = self.values(mechanism, place);
+            if values.is_empty() {
+                continue;
+            }
+            let mut grid = Vec::new();
+            for start in &starts {
+                for value in &values {
+                    let mut effect = start.clone();
+                    if effect.set_value(place, value.clamp(parameter.range.0, parameter.range.1)).is_ok() {
+                        grid.push(effect);
+                    }
+                }
+            }
+            starts = grid;
+        }
+        while starts.len() > MOST_STARTS {
+            let mut even = false;
+            starts.retain(|_| {
+                even = !even;
+                even
+            });
+        }
+        starts
+    }
+
+    /// Values at which a parameter's search begins; none: at its typical value.
+    fn values(&self, mechanism: &Mechanism, place: usize) -> Vec<f64> {
+        let parameter = &mechanism.parameters[place];
+        let (low, high) = parameter.plausible;
+        let spaced = |count: usize, low: f64, high: f64| -> Vec<f64> {
+            let part = |number: usize| (number as f64 + 0.5) / count as f64;
+            (0..count)
+                .map(|number| match parameter.scale {
+                    Scale::Logarithmic => low * (high / low).powf(part(number)),
+                    Scale::Linear => low + (high - low) * part(number),
+                })
+                .collect()
+        };
+        let parts = |of: &[f64], parts: &[f64]| -> Vec<f64> {
+            let most = of.last().copied().unwrap_or(1.0);
+            parts.iter().map(|part| part * most).collect()
+        };
+        match parameter.search {
+            Search::Held | Search::EachImpact | Search::Typical => Vec::new(),
+            Search::OneOf(values) | Search::Whole(values) => values.to_vec(),
+            // A finite strength that is neither lost in rounding nor another regime: a sixth up its likely values on a scale of ratios,
+            // and on one of differences, where it may have either sign, little.
+            Search::Strength if parameter.scale == Scale::Linear => vec![SMALL_PART * high.abs().max(low.abs())],
+            Search::Strength => vec![spaced(3, low, high)[0]],
+            Search::Plausible => spaced(if parameter.scale == Scale::Linear { 2 } else { 4 }, low, high),
+            Search::OfStroke => parts(&self.strokes_m, &[0.1, 0.3, 0.5, 0.7, 0.85, 0.95]),
+            Search::OfDepth => parts(&self.depths_m, &[1.1, 1.6, 3.0]),
+            Search::OfPeak => parts(&self.peaks_n, &[0.06, 0.15, 0.35, 0.6, 0.8, 0.93]),
+            Search::OfContactTime => {
+                let middle = self.contact_times_s[self.contact_times_s.len() / 2];
+                [0.1, 0.3, 1.0, 5.0]
+                    .iter()
+                    .map(|part| part * middle)
+                    .filter(|t| *t > 0.3 * low && *t < 3.0 * high)
+                    .collect()
+            }
+            Search::Resonance => {
+                let stiffness = self.body_n_per_m + self.pad_n_per_m.unwrap_or(0.0);
+                let mut values = spaced(5, low, high);
+                for hz in &self.lines_hz {
+                    let square = (std::f64::consts::TAU * hz).powi(2);
+                    if parameter.unit == "kg" {
+                        values.extend([self.body_n_per_m / square, stiffness / square]);
+                    } else {
+                        let mass = mechanism.parameters.iter().find(|other| other.unit == "kg");
+                        values.push(1.0 / (square * mass.map_or(1.0, |mass| mass.typical)));
+                    }
+                }
+                values.retain(|value| (parameter.range.0..=parameter.range.1).contains(value));
+                values
+            }
+            Search::OfLines => {
+                let mut values: Vec<f64> =
+                    self.lines_hz.iter().copied().filter(|f| *f > low && *f < high).take(2).collect();
+                values.extend(spaced(3, low, high));
+                values
+            }
+        }
+    }
+}

@@ -1,0 +1,591 @@
+//! Fits the coordinates of a layout to the recordings: Levenberg and Marquardt's method on whitened residuals, with what is
+//! believed as further observations.
+//!
+//! ```text
+//!        global   local of 1  of 2  of 3
+//!      ┌        ┬─────────────────────┐
+//!      │ A      │  B_1     B_2   B_3  │      each recording's local coordinates meet only the
+//! JᵀJ =├────────┼─────────────────────┤      global ones: eliminated recording by recording
+//!      │ B_iᵀ   │  D_1 … D_3          │      (Schur complement), what is left is small
+//!      └        ┴─────────────────────┘
+//! ```
+//!
+//! Source: D. W. Marquardt, SIAM J. Appl. Math. 11 (1963) 431; block elimination: B. Triggs et al., Bundle Adjustment (2000), sec. 6.
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use rayon::prelude::*;
+
+use super::layout::{Layout, Point, Role};
+use super::predict;
+use super::problem::Problem;
+
+/// An iteration that gains less than this in χ² is the last.
+const SMALL_GAIN: f64 = 0.02;
+/// The most steps that are tried with growing damping before a fit is where it can be.
+const MOST_TRIES: usize = 7;
+/// Whitened residuals beyond this count as a spike: they pull with a constant force only (P. J. Huber, 1964).
+const SPIKE: f64 = 8.0;
+
+/// Which coordinates move, and how long.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// The most iterations.
+    pub iterations: usize,
+    /// Whether the global coordinates move.
+    pub globals: bool,
+    /// Whether what is believed of each recording moves within its uncertainty.
+    pub nuisances: bool,
+}
+
+impl Effort {
+    /// Until it converges.
+    pub const FULL: Self = Self { iterations: 25, globals: true, nuisances: true };
+    /// A first look.
+    pub const BRIEF: Self = Self { iterations: 4, globals: true, nuisances: true };
+    /// From where a fit to nearly the same recordings came to.
+    pub const AGAIN: Self = Self { iterations: 4, globals: true, nuisances: true };
+    /// Only what each recording has for itself.
+    pub const LOCAL: Self = Self { iterations: 8, globals: false, nuisances: true };
+    /// Only what is not believed at all: contact instants and offsets.
+    pub const NOMINAL: Self = Self { iterations: 12, globals: false, nuisances: false };
+}
+
+/// A fit.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// What was free.
+    pub layout: Layout,
+    /// Where it came to.
+    pub point: Point,
+    /// χ²: squares of whitened residuals and of deviations from what is believed.
+    pub cost: f64,
+    /// Whitened residuals of each recording, all series one after the other: recording minus model.
+    pub residuals: Vec<Vec<f64>>,
+    /// The model's values of each recording.
+    pub model: Vec<Vec<f64>>,
+}
+
+/// The derivative of everything by all coordinates at a point.
+#[derive(Clone, Debug)]
+pub struct Tangent {
+    recordings: Vec<RecordingTangent>,
+    global_prior: DVector<f64>,
+}
+
+/// Columns of one recording, whitened.
+#[derive(Clone, Debug)]
+struct RecordingTangent {
+    global: DMatrix<f64>,
+    local: DMatrix<f64>,
+    local_prior: DVector<f64>,
+}
+
+/// The factorised normal equations of a tangent.
+pub struct Normal {
+    blocks: Vec<Block>,
+    schur: Cholesky<f64, Dyn>,
+    scale: DVector<f64>,
+}
+
+struct Block {
+    local: Cholesky<f64, Dyn>,
+    local_scale: DVector<f64>,
+    cross: DMatrix<f64>,
+}
+
+/// Projection of a signature on a tangent: what the coordinates would move to imitate it, of unit strength.
+#[derive(Clone, Debug)]
+pub struct Imitation {
+    /// Change of each global coordinate.
+    pub globals: DVector<f64>,
+    /// Change of each recording's local coordinates.
+    pub locals: Vec<DVector<f64>>,
+}
+
+fn robust(residual: f64) -> f64 {
+    let size = residual.abs();
+    if size <= SPIKE { residual * residual } else { SPIKE * (2.0 * size - SPIKE) }
+}
+
+fn weight(residual: f64) -> f64 {
+    (SPIKE / residual.abs().max(SPIKE)).sqrt()
+}
+
+/// The recordings that take part, by number.
+pub type Part<'a> = &'a [usize];
+
+impl Fit {
+    /// Fits the recordings in `part` from a start. `None`: the start itself cannot be simulated.
+    #[must_use]
+    pub fn run(problem: &Problem, layout: Layout, start: Point, part: Part<'_>, effort: Effort) -> Option<Self> {
+        let mut fit = Self::at(problem, layout, start, part)?;
+        let mut damping = 1e-3;
+        for _ in 0..effort.iterations {
+            let Some(tangent) = fit.tangent(problem, part) else { break };
+            let before = fit.cost;
+            let Some(better) = fit.improve(problem, &tangent, part, effort, &mut damping) else { break };
+            fit = better;
+            damping = (damping / 8.0).max(1e-9);
+            if before - fit.cost < SMALL_GAIN.max(1e-6 * fit.cost) {
+                break;
+            }
+        }
+        Some(fit)
+    }
+
+    /// The residuals at a point, nothing moved.
+    #[must_use]
+    pub fn at(problem: &Problem, layout: Layout, point: Point, part: Part<'_>) -> Option<Self> {
+        let model: Option<Vec<Vec<f64>>> = part
+            .par_iter()
+            .map(|&recording| {
+                let impact = predict::strike(problem, &layout, &point, recording).ok()?;
+                let values = predict::read(problem, &layout, &point, recording, &impact, 0.0);
+                values.iter().all(|value| value.is_finite()).then_some(values)
+            })
+            .collect();
+        let mut all = vec![Vec::new(); problem.recordings.len()];
+        for (recording, values) in part.iter().zip(model?) {
+            all[*recording] = values;
+        }
+        let residuals: Vec<Vec<f64>> = (0..problem.recordings.len())
+            .map(|recording| {
+                if all[recording].is_empty() {
+                    Vec::new()
+                } else {
+                    whitened_residual(problem, recording, &all[recording])
+                }
+            })
+            .collect();
+        let cost =
+            residuals.iter().flatten().map(|r| robust(*r)).sum::<f64>() + prior_cost(problem, &layout, &point, part);
+        Some(Self { layout, point, cost, residuals, model: all })
+    }
+
+    /// The sum of squares of one recording's whitened residual.
+    #[must_use]
+    pub fn recording_cost(&self, recording: usize) -> f64 {
+        self.residuals[recording].iter().map(|r| robust(*r)).sum()
+    }
+
+    /// How far the most strained belief about rig and masses is from where it was, in its deviations.
+    #[must_use]
+    pub fn strain(&self) -> f64 {
+        let deviations = |(coordinate, value): (&super::layout::Coordinate, &f64)| {
+            coordinate.prior.map_or(0.0, |(mean, sd)| ((value - mean) / sd).abs())
+        };
+        let rig = self.layout.of_rig;
+        self.layout.globals[..rig].iter().zip(&self.point.globals).map(deviations).fold(0.0, f64::max)
+    }
+
+    /// The derivative at the fit.
+    #[must_use]
+    pub fn tangent(&self, problem: &Problem, part: Part<'_>) -> Option<Tangent> {
+        let recordings: Option<Vec<RecordingTangent>> =
+            part.par_iter().map(|&recording| self.recording_tangent(problem, recording)).collect();
+        let inverse = |prior: Option<(f64, f64)>| prior.map_or(0.0, |(_, sd)| 1.0 / sd);
+        let global_prior = DVector::from_iterator(
+            self.layout.globals.len(),
+            self.layout.globals.iter().map(|coordinate| inverse(coordinate.prior)),
+        );
+        Some(Tangent { recordings: recordings?, global_prior })
+    }
+
+    fn recording_tangent(&self, problem: &Problem, recording: usize) -> Option<RecordingTangent> {
+        let layout = &self.layout;
+        let rows = self.model[recording].len();
+        let here = &self.model[recording];
+        let configuration = problem.recordings[recording].configuration;
+        let impact = predict::strike(problem, layout, &self.point, recording).ok()?;
+        let difference = |moved: &Point, step: f64| -> Option<Vec<f64>> {
+            let impact = predict::strike(problem, layout, moved, recording).ok()?;
+            let values = predict::read(problem, layout, moved, recording, &impact, 0.0);
+            let mut column: Vec<f64> = values.iter().zip(here).map(|(there, here)| (there - here) / step).collect();
+            if column.iter().any(|value| !value.is_finite()) {
+                return None;
+            }
+            whiten(problem, &mut column);
+            Some(column)
+        };
+        let mut global = DMatrix::zeros(rows, layout.globals.len());
+        let mut local = DMatrix::zeros(rows, layout.locals.len());
+        let mut body = None;
+        for (place, coordinate) in layout.globals.iter().enumerate() {
+            let touched = match coordinate.role {
+                Role::Mass(number) => number == configuration,
+                Role::Mechanism { entrant, .. } => layout.entrants[entrant].scope.includes(recording, configuration),
+                _ => true,
+            };
+            if !touched {
+                continue;
+            }
+            let quotient = |step: f64| {
+                let mut moved = self.point.clone();
+                moved.globals[place] += step;
+                difference(&moved, step)
+            };
+            let mut column = stepped(coordinate.step, coordinate.range, self.point.globals[place], quotient)?;
+            // Stiffnesses in series and a mass nearly imitate each other: the bend of a one-sided difference would tell them apart.
+            if place < layout.of_rig
+                && let Some(other) = quotient(-coordinate.step)
+            {
+                column.iter_mut().zip(&other).for_each(|(a, b)| *a = 0.5 * (*a + b));
+            }
+            global.column_mut(place).copy_from_slice(&column);
+            if coordinate.role == Role::Body {
+                body = Some(place);
+            }
+        }
+        for (place, coordinate) in layout.locals.iter().enumerate() {
+            let column = match coordinate.role {
+                Role::Contact => {
+                    let step = coordinate.step;
+                    let later = predict::read(problem, layout, &self.point, recording, &impact, step);
+                    let sooner = predict::read(problem, layout, &self.point, recording, &impact, -step);
+                    let mut column: Vec<f64> = later.iter().zip(&sooner).map(|(a, b)| (a - b) / (2.0 * step)).collect();
+                    whiten(problem, &mut column);
+                    column
+                }
+                Role::Repeat if body.is_some() => global.column(body.unwrap_or(0)).iter().copied().collect(),
+                Role::Offset(channel) => {
+                    let samples = rows / problem.channels.len();
+                    let mut column = vec![0.0; rows];
+                    column[channel * samples..(channel + 1) * samples].fill(1.0);
+                    whiten(problem, &mut column);
+                    column
+                }
+                Role::Mechanism { entrant, .. }
+                    if !layout.entrants[entrant].scope.includes(recording, configuration) =>
+                {
+                    continue;
+                }
+                _ => {
+                    let quotient = |step: f64| {
+                        let mut moved = self.point.clone();
+                        moved.locals[recording][place] += step;
+                        difference(&moved, step)
+                    };
+                    let mut column =
+                        stepped(coordinate.step, coordinate.range, self.point.locals[recording][place], quotient)?;
+                    if coordinate.role == Role::Speed
+                        && let Some(other) = quotient(-coordinate.step)
+                    {
+                        column.iter_mut().zip(&other).for_each(|(a, b)| *a = 0.5 * (*a + b));
+                    }
+                    column
+                }
+            };
+            local.column_mut(place).copy_from_slice(&column);
+        }
+        let local_prior = DVector::from_iterator(
+            layout.locals.len(),
+            (0..layout.locals.len())
+                .map(|place| layout.local_prior(problem, recording, place).map_or(0.0, |(_, sd)| 1.0 / sd)),
+        );
+        Some(RecordingTangent { global, local, local_prior })
+    }
+
+    /// Frequencies at which the residual after the rise is strong, Hz, strongest first: peaks of the pooled periodogram.
+    #[must_use]
+    pub fn lines_hz(&self, problem: &Problem) -> Vec<f64> {
+        super::spectrum::lines_hz(problem, self)
+    }
+
+    /// One step that makes the cost smaller. `None`: there is none.
+    fn improve(
+        &self,
+        problem: &Problem,
+        tangent: &Tangent,
+        part: Part<'_>,
+        effort: Effort,
+        damping: &mut f64,
+    ) -> Option<Self> {
+        let (gradient, local_gradients) = self.gradients(problem, tangent, part);
+        let mut weighted = tangent.clone();
+        if !effort.nuisances {
+            for recording in &mut weighted.recordings {
+                for (place, coordinate) in self.layout.locals.iter().enumerate() {
+                    if coordinate.prior.is_some() {
+                        recording.local.column_mut(place).fill(0.0);
+                    }
+                }
+            }
+        }
+        let spiky = part.iter().any(|recording| self.residuals[*recording].iter().any(|r| r.abs() > SPIKE));
+        if spiky {
+            for (recording, number) in weighted.recordings.iter_mut().zip(part) {
+                for (row, residual) in self.residuals[*number].iter().enumerate() {
+                    let weight = weight(*residual);
+                    if weight < 1.0 {
+                        recording.global.row_mut(row).scale_mut(weight);
+                        recording.local.row_mut(row).scale_mut(weight);
+                    }
+                }
+            }
+        }
+        for _ in 0..MOST_TRIES {
+            let normal = if effort.globals { weighted.normal(*damping) } else { weighted.frozen(*damping) };
+            let Some(normal) = normal else {
+                *damping *= 10.0;
+                continue;
+            };
+            let step = normal.solve(&gradient, &local_gradients);
+            let mut moved = self.point.clone();
+            let advance = |value: &mut f64, coordinate: &super::layout::Coordinate, by: f64| {
+                let by = by.clamp(-coordinate.stride, coordinate.stride);
+                *value = (*value + by).clamp(coordinate.range.0, coordinate.range.1);
+            };
+            if effort.globals {
+                for (place, coordinate) in self.layout.globals.iter().enumerate() {
+                    advance(&mut moved.globals[place], coordinate, step.globals[place]);
+                }
+            }
+            for (number, recording) in part.iter().enumerate() {
+                for (place, coordinate) in self.layout.locals.iter().enumerate() {
+                    if !effort.nuisances && coordinate.prior.is_some() {
+                        continue;
+                    }
+                    advance(&mut moved.locals[*recording][place], coordinate, step.locals[number][place]);
+                }
+            }
+            if let Some(fit) = Self::at(problem, self.layout.clone(), moved, part)
+                && fit.cost < self.cost
+            {
+                return Some(fit);
+            }
+            *damping = (*damping * 8.0).max(1e-6);
+        }
+        None
+    }
+
+    /// Jᵀr of everything that is fitted, what is believed included: zero where the fit has converged.
+    #[must_use]
+    pub fn gradients(&self, problem: &Problem, tangent: &Tangent, part: Part<'_>) -> (DVector<f64>, Vec<DVector<f64>>) {
+        let mut global = DVector::zeros(self.layout.globals.len());
+        for (place, coordinate) in self.layout.globals.iter().enumerate() {
+            if let Some((mean, sd)) = coordinate.prior {
+                global[place] -= (self.point.globals[place] - mean) / (sd * sd);
+            }
+        }
+        let locals = part
+            .iter()
+            .zip(&tangent.recordings)
+            .map(|(recording, columns)| {
+                let pull = self.residuals[*recording].iter().map(|r| r * weight(*r).powi(2));
+                let residual = DVector::from_iterator(self.residuals[*recording].len(), pull);
+                global += columns.global.tr_mul(&residual);
+                let mut local = columns.local.tr_mul(&residual);
+                for place in 0..self.layout.locals.len() {
+                    if let Some((mean, sd)) = self.layout.local_prior(problem, *recording, place) {
+                        local[place] -= (self.point.locals[*recording][place] - mean) / (sd * sd);
+                    }
+                }
+                local
+            })
+            .collect();
+        (global, locals)
+    }
+}
+
+/// A difference quotient that stays inside the range, and turns round where the other side cannot be simulated.
+fn stepped(
+    step: f64,
+    (low, high): (f64, f64),
+    here: f64,
+    difference: impl Fn(f64) -> Option<Vec<f64>>,
+) -> Option<Vec<f64>> {
+    let forward = if here + step > high && here - step >= low { -step } else { step };
+    difference(forward).or_else(|| difference(-forward))
+}
+
+/// Whitens a column that holds all series of a recording.
+pub fn whiten(problem: &Problem, column: &mut [f64]) {
+    let samples = column.len() / problem.channels.len();
+    for (channel, series) in problem.channels.iter().zip(column.chunks_mut(samples.max(1))) {
+        channel.noise.whiten(series);
+    }
+}
+
+fn whitened_residual(problem: &Problem, recording: usize, model: &[f64]) -> Vec<f64> {
+    let observed = problem.recordings[recording].series.iter().flatten();
+    let mut residual: Vec<f64> = observed.zip(model).map(|(observed, model)| observed - model).collect();
+    whiten(problem, &mut residual);
+    residual
+}
+
+fn prior_cost(problem: &Problem, layout: &Layout, point: &Point, part: Part<'_>) -> f64 {
+    let pull = |value: f64, prior: Option<(f64, f64)>| prior.map_or(0.0, |(mean, sd)| ((value - mean) / sd).powi(2));
+    let global: f64 =
+        layout.globals.iter().zip(&point.globals).map(|(coordinate, value)| pull(*value, coordinate.prior)).sum();
+    let local: f64 = part
+        .iter()
+        .map(|&recording| {
+            (0..layout.locals.len())
+                .map(|place| pull(point.locals[recording][place], layout.local_prior(problem, recording, place)))
+                .sum::<f64>()
+        })
+        .sum();
+    global + local
+}
+
+impl Tangent {
+    /// The same of some recordings only.
+    #[must_use]
+    pub fn only(&self, recordings: &[usize]) -> Self {
+        Self {
+            recordings: recordings.iter().map(|number| self.recordings[*number].clone()).collect(),
+            global_prior: self.global_prior.clone(),
+        }
+    }
+
+    /// What one recording's own coordinates leave of a whitened residual, to first order.
+    #[must_use]
+    pub fn local_rest(&self, recording: usize, residual: &[f64]) -> Vec<f64> {
+        let columns = &self.recordings[recording];
+        let values = DVector::from_column_slice(residual);
+        let mut matrix = columns.local.tr_mul(&columns.local);
+        for place in 0..matrix.ncols() {
+            matrix[(place, place)] = matrix[(place, place)] * (1.0 + 1e-9) + columns.local_prior[place].powi(2) + 1e-12;
+        }
+        match matrix.cholesky() {
+            Some(factor) => {
+                let moved = factor.solve(&columns.local.tr_mul(&values));
+                (values - &columns.local * moved).as_slice().to_vec()
+            }
+            None => residual.to_vec(),
+        }
+    }
+
+    /// Jᵀs of a signature: whitened, one vector for each recording of the part (empty: nothing there).
+    #[must_use]
+    pub fn transposed(&self, signature: &[Vec<f64>]) -> (DVector<f64>, Vec<DVector<f64>>) {
+        let mut global = DVector::zeros(self.global_prior.len());
+        let locals = self
+            .recordings
+            .iter()
+            .zip(signature)
+            .map(|(columns, values)| {
+                if values.is_empty() {
+                    return DVector::zeros(columns.local.ncols());
+                }
+                let values = DVector::from_column_slice(values);
+                global += columns.global.tr_mul(&values);
+                columns.local.tr_mul(&values)
+            })
+            .collect();
+        (global, locals)
+    }
+
+    /// The factorised normal equations; `damping` adds that part of the diagonal.
+    #[must_use]
+    pub fn normal(&self, damping: f64) -> Option<Normal> {
+        self.factorise(damping, true)
+    }
+
+    fn frozen(&self, damping: f64) -> Option<Normal> {
+        self.factorise(damping, false)
+    }
+
+    fn factorise(&self, damping: f64, globals: bool) -> Option<Normal> {
+        let count = self.global_prior.len();
+        let parts: Vec<(DMatrix<f64>, DMatrix<f64>, DMatrix<f64>)> = self
+            .recordings
+            .par_iter()
+            .map(|columns| {
+                let mut local = columns.local.tr_mul(&columns.local);
+                for place in 0..local.ncols() {
+                    local[(place, place)] += columns.local_prior[place].powi(2);
+                }
+                (columns.global.tr_mul(&columns.global), columns.global.tr_mul(&columns.local), local)
+            })
+            .collect();
+        let mut a = DMatrix::from_diagonal(&self.global_prior.component_mul(&self.global_prior));
+        for (global, _, _) in &parts {
+            a += global;
+        }
+        let scale = DVector::from_iterator(count, (0..count).map(|place| unit_scale(a[(place, place)])));
+        let mut schur = scaled(&a, &scale, &scale);
+        ridge(&mut schur, damping);
+        let mut blocks = Vec::with_capacity(parts.len());
+        for (_, cross, local) in parts {
+            let local_scale = DVector::from_iterator(
+                local.ncols(),
+                (0..local.ncols()).map(|place| unit_scale(local[(place, place)])),
+            );
+            let mut local = scaled(&local, &local_scale, &local_scale);
+            ridge(&mut local, damping);
+            let local = local.cholesky()?;
+            let cross =
+                if globals { scaled(&cross, &scale, &local_scale) } else { DMatrix::zeros(count, local_scale.len()) };
+            if globals {
+                schur -= &cross * local.solve(&cross.transpose());
+            }
+            blocks.push(Block { local, local_scale, cross });
+        }
+        ridge(&mut schur, 1e-12);
+        Some(Normal { blocks, schur: schur.cholesky()?, scale })
+    }
+}
+
+fn unit_scale(diagonal: f64) -> f64 {
+    if diagonal > 0.0 { 1.0 / diagonal.sqrt() } else { 1.0 }
+}
+
+fn scaled(matrix: &DMatrix<f64>, rows: &DVector<f64>, columns: &DVector<f64>) -> DMatrix<f64> {
+    DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |row, column| matrix[(row, column)] * rows[row] * columns[column])
+}
+
+/// Scaled diagonals are 1, or 0 where a coordinate does nothing here: those stay where they are.
+fn ridge(matrix: &mut DMatrix<f64>, damping: f64) {
+    for place in 0..matrix.ncols() {
+        let diagonal = matrix[(place, place)];
+        matrix[(place, place)] = if diagonal == 0.0 { 1.0 } else { diagonal * (1.0 + damping) + 1e-11 };
+    }
+}
+
+impl Normal {
+    /// Solves (JᵀJ)·x = g.
+    #[must_use]
+    pub fn solve(&self, global: &DVector<f64>, locals: &[DVector<f64>]) -> Imitation {
+        let mut right = global.component_mul(&self.scale);
+        let scaled: Vec<DVector<f64>> = self
+            .blocks
+            .iter()
+            .zip(locals)
+            .map(|(block, local)| {
+                let local = local.component_mul(&block.local_scale);
+                right -= &block.cross * block.local.solve(&local);
+                local
+            })
+            .collect();
+        let globals = self.schur.solve(&right);
+        let locals = self
+            .blocks
+            .iter()
+            .zip(&scaled)
+            .map(|(block, local)| {
+                block.local.solve(&(local - block.cross.transpose() * &globals)).component_mul(&block.local_scale)
+            })
+            .collect();
+        Imitation { globals: globals.component_mul(&self.scale), locals }
+    }
+
+    /// Standard deviations of the global coordinates: the roots of the diagonal of (JᵀJ)⁻¹.
+    #[must_use]
+    pub fn global_deviations(&self) -> DVector<f64> {
+        let inverse = self.schur.inverse();
+        DVector::from_iterator(self.scale.len(), (0..self.scale.len()).map(|p| inverse[(p, p)].sqrt() * self.scale[p]))
+    }
+}
+
+impl Tangent {
+    /// J·x, for each recording.
+    #[must_use]
+    pub fn times(&self, imitation: &Imitation) -> Vec<Vec<f64>> {
+        self.recordings
+            .iter()
+            .zip(&imitation.locals)
+            .map(|(columns, local)| (&columns.global * &imitation.globals + &columns.local * local).as_slice().to_vec())
+            .collect()
+    }
+}

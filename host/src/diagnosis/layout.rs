@@ -1,0 +1,340 @@
+//! What is free in a fit: the coordinates of rig, recordings and mechanisms, each with its prior and bounds.
+//!
+//! ```text
+//! global   ln k_body  ln k_pad  ln m of each configuration  parameters of the mechanisms
+//! local    contact instant  ln v  ln k of this recording  offset of each channel  parameters that each recording has for itself
+//! ```
+//!
+//! Global coordinates are shared by all recordings, local ones belong to one. What the experimenter believes is a prior with its
+//! stated deviation; contact instant and offset are free.
+
+use thud_sim::mechanism::{Effect, Mechanism, Parameter, Scale};
+
+use super::problem::Problem;
+
+/// Uncertainties below this are no freedom at all, relative.
+const LEAST_SD: f64 = 1e-5;
+/// Where the prior of a mechanism's parameter ends: its plausible range is this many deviations to either side.
+const PLAUSIBLE_DEVIATIONS: f64 = 1.5;
+
+/// A mechanism that takes part, everywhere or in some recordings only.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entrant {
+    /// Which, with the values that are held where they are no coordinates.
+    pub effect: Effect,
+    /// The recordings that it acts in.
+    pub scope: Scope,
+    /// Where each recording's own phase begins, rad; empty: at the effect's value.
+    pub phases: Vec<f64>,
+}
+
+impl Entrant {
+    /// A mechanism that acts in every recording.
+    #[must_use]
+    pub fn everywhere(effect: Effect) -> Self {
+        Self { effect, scope: Scope::Everywhere, phases: Vec::new() }
+    }
+
+    /// Whether both are the same mechanism in the same recordings.
+    #[must_use]
+    pub fn is_same_as(&self, other: &Self) -> bool {
+        self.effect.mechanism().id == other.effect.mechanism().id && self.scope == other.scope
+    }
+}
+
+/// Where a mechanism acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scope {
+    /// In every recording.
+    Everywhere,
+    /// In the recordings of one configuration.
+    Configuration(usize),
+    /// In one recording.
+    Recording(usize),
+}
+
+impl Scope {
+    /// Whether it includes a recording, given its number and that of its configuration.
+    #[must_use]
+    pub fn includes(self, recording: usize, configuration: usize) -> bool {
+        match self {
+            Self::Everywhere => true,
+            Self::Configuration(number) => number == configuration,
+            Self::Recording(number) => number == recording,
+        }
+    }
+}
+
+/// What a coordinate is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// ln of the body springs' stiffness over the stated one.
+    Body,
+    /// ln of the pad's stiffness over the stated one.
+    Pad,
+    /// ln of a configuration's mass over the stated one.
+    Mass(usize),
+    /// Instant of contact in a recording's time, s.
+    Contact,
+    /// ln of a recording's speed over the stated one.
+    Speed,
+    /// ln of a recording's spring stiffness over the campaign's.
+    Repeat,
+    /// Offset of a channel.
+    Offset(usize),
+    /// A parameter of a mechanism.
+    Mechanism {
+        /// Which entrant.
+        entrant: usize,
+        /// Which of its parameters.
+        place: usize,
+    },
+}
+
+/// One free number.
+#[derive(Clone, Copy, Debug)]
+pub struct Coordinate {
+    /// What it is of.
+    pub role: Role,
+    /// Mean and standard deviation of what is believed; `None`: nothing.
+    pub prior: Option<(f64, f64)>,
+    /// Step of a finite difference.
+    pub step: f64,
+    /// The longest step of an iteration.
+    pub stride: f64,
+    /// Bounds.
+    pub range: (f64, f64),
+}
+
+/// All coordinates of a fit.
+#[derive(Clone, Debug)]
+pub struct Layout {
+    /// Mechanisms that take part.
+    pub entrants: Vec<Entrant>,
+    /// Shared coordinates.
+    pub globals: Vec<Coordinate>,
+    /// Coordinates that each recording has.
+    pub locals: Vec<Coordinate>,
+    /// How many of the globals are the rig's.
+    pub of_rig: usize,
+    /// Whether offsets are held where the quiet before contact shows them. A fit is free to move them, which hides a rest after
+    /// contact; to see where a misfit is, they must not.
+    pub offsets_as_seen: bool,
+}
+
+/// Values for all coordinates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// One for each of [`Layout::globals`].
+    pub globals: Vec<f64>,
+    /// For each recording, one for each of [`Layout::locals`].
+    pub locals: Vec<Vec<f64>>,
+}
+
+/// The number that a fit moves instead of a parameter's value: ln of it where its values are spaced by ratios.
+#[must_use]
+pub fn coordinate_of(parameter: &Parameter, value: f64) -> f64 {
+    match parameter.scale {
+        Scale::Logarithmic => value.max(1e-300).ln(),
+        Scale::Linear => value,
+    }
+}
+
+/// The value that belongs to a coordinate.
+#[must_use]
+pub fn value_of(parameter: &Parameter, coordinate: f64) -> f64 {
+    let value = match parameter.scale {
+        Scale::Logarithmic => coordinate.exp(),
+        Scale::Linear => coordinate,
+    };
+    value.clamp(parameter.range.0, parameter.range.1)
+}
+
+impl Layout {
+    /// The coordinates of a campaign with these mechanisms.
+    #[must_use]
+    pub fn new(problem: &Problem, entrants: Vec<Entrant>) -> Self {
+        let mut globals = Vec::new();
+        let rig = &problem.rig;
+        let relative = |role: Role, sd: f64| Coordinate {
+            role,
+            prior: Some((0.0, sd.max(LEAST_SD))),
+            step: 1e-3,
+            stride: 0.3,
+            range: (-3.0, 3.0),
+        };
+        if problem.has_springs() {
+            if let Some(body) = rig.body_stiffness_n_per_m {
+                globals.push(relative(Role::Body, body.sd / body.value));
+            }
+            if let Some(pad) = rig.pad_stiffness_n_per_m {
+                globals.push(relative(Role::Pad, pad.sd / pad.value));
+            }
+        }
+        for (configuration, sd) in problem.mass_sd.iter().enumerate() {
+            globals.push(relative(Role::Mass(configuration), *sd));
+        }
+        let of_rig = globals.len();
+        let mut locals = vec![Coordinate {
+            role: Role::Contact,
+            prior: None,
+            step: 1e-5,
+            stride: 2e-3,
+            range: (f64::NEG_INFINITY, f64::INFINITY),
+        }];
+        locals.push(relative(Role::Speed, 1.0));
+        if problem.has_springs() {
+            locals.push(relative(Role::Repeat, rig.spring_repeatability));
+        }
+        for channel in 0..problem.channels.len() {
+            locals.push(Coordinate {
+                role: Role::Offset(channel),
+                prior: None,
+                step: 1.0,
+                stride: f64::INFINITY,
+                range: (f64::NEG_INFINITY, f64::INFINITY),
+            });
+        }
+        for (number, entrant) in entrants.iter().enumerate() {
+            for (place, parameter) in entrant.effect.mechanism().parameters.iter().enumerate() {
+                if parameter.is_held() {
+                    continue;
+                }
+                let coordinate = mechanism_coordinate(problem, entrant.effect.mechanism(), number, place);
+                if parameter.is_of_each_impact() { locals.push(coordinate) } else { globals.push(coordinate) }
+            }
+        }
+        Self { entrants, globals, locals, of_rig, offsets_as_seen: false }
+    }
+
+    /// Where a fit without experience begins: everything as believed, contact and offsets as guessed, mechanisms as given.
+    #[must_use]
+    pub fn start(&self, problem: &Problem) -> Point {
+        let initial = |coordinate: &Coordinate| match coordinate.role {
+            Role::Mechanism { entrant, place } => {
+                let effect = &self.entrants[entrant].effect;
+                coordinate_of(&effect.mechanism().parameters[place], effect.value(place))
+            }
+            _ => 0.0,
+        };
+        Point {
+            globals: self.globals.iter().map(initial).collect(),
+            locals: problem
+                .recordings
+                .iter()
+                .enumerate()
+                .map(|(number, recording)| {
+                    let local = |coordinate: &Coordinate| match coordinate.role {
+                        Role::Contact => recording.contact_guess_s,
+                        Role::Offset(channel) => recording.offset_guess[channel],
+                        Role::Mechanism { entrant, .. } => {
+                            let phase = self.entrants[entrant].phases.get(number).copied();
+                            phase.unwrap_or_else(|| initial(coordinate))
+                        }
+                        _ => initial(coordinate),
+                    };
+                    self.locals.iter().map(local).collect()
+                })
+                .collect(),
+        }
+    }
+
+    /// A start that keeps what another fit has found for the coordinates that both have.
+    #[must_use]
+    pub fn start_from(&self, problem: &Problem, other: &Self, found: &Point) -> Point {
+        let same = |role: Role, theirs: &[Coordinate]| {
+            let known = |role: Role| match role {
+                Role::Mechanism { entrant, place } => {
+                    let mine = &self.entrants[entrant];
+                    other
+                        .entrants
+                        .iter()
+                        .position(|them| them.is_same_as(mine))
+                        .map(|entrant| Role::Mechanism { entrant, place })
+                }
+                role => Some(role),
+            };
+            known(role).and_then(|role| theirs.iter().position(|coordinate| coordinate.role == role))
+        };
+        let mut start = self.start(problem);
+        for (coordinate, value) in self.globals.iter().zip(&mut start.globals) {
+            if let Some(place) = same(coordinate.role, &other.globals) {
+                *value = found.globals[place];
+            }
+        }
+        for (local, theirs) in start.locals.iter_mut().zip(&found.locals) {
+            for (coordinate, value) in self.locals.iter().zip(local) {
+                if let Some(place) = same(coordinate.role, &other.locals) {
+                    *value = theirs[place];
+                }
+            }
+        }
+        start
+    }
+
+    /// Deviation of the prior of a local coordinate in one recording: speeds have their own each.
+    #[must_use]
+    pub fn local_prior(&self, problem: &Problem, recording: usize, place: usize) -> Option<(f64, f64)> {
+        let coordinate = &self.locals[place];
+        match coordinate.role {
+            Role::Speed => {
+                let speed = problem.recordings[recording].speed;
+                let relative = if speed.value == 0.0 { 0.0 } else { speed.sd / speed.value.abs() };
+                Some((0.0, relative.max(LEAST_SD)))
+            }
+            Role::Offset(channel) if self.offsets_as_seen => Some((
+                problem.recordings[recording].offset_guess[channel],
+                1e-3 * problem.channels[channel].noise.rms(),
+            )),
+            _ => coordinate.prior,
+        }
+    }
+
+    /// A mechanism's values at a point, in one recording.
+    #[must_use]
+    pub fn effect_at(&self, entrant: usize, point: &Point, recording: usize) -> Effect {
+        let mut effect = self.entrants[entrant].effect.clone();
+        let parameters = effect.mechanism().parameters;
+        let mut set = |coordinates: &[Coordinate], values: &[f64]| {
+            for (coordinate, value) in coordinates.iter().zip(values) {
+                if let Role::Mechanism { entrant: of, place } = coordinate.role
+                    && of == entrant
+                {
+                    // Within range by construction.
+                    let _ = effect.set_value(place, value_of(&parameters[place], *value));
+                }
+            }
+        };
+        set(&self.globals, &point.globals);
+        set(&self.locals, &point.locals[recording]);
+        effect
+    }
+}
+
+fn mechanism_coordinate(problem: &Problem, mechanism: &'static Mechanism, entrant: usize, place: usize) -> Coordinate {
+    let parameter = &mechanism.parameters[place];
+    let (low, high) = parameter.range;
+    let (likely_low, likely_high) = parameter.plausible;
+    let shape = parameter.null.is_none();
+    let stated = (mechanism.id == "moving-piece-inertia" && place == 0).then_some(problem.rig.moving_mass_kg).flatten();
+    let (range, prior, stride) = match parameter.scale {
+        Scale::Logarithmic => {
+            // Beyond a hundredth of anything likely it is nothing.
+            let low = low.max(likely_low * 1e-2).ln();
+            let middle = 0.5 * (likely_low.ln() + likely_high.ln());
+            let sd = (likely_high / likely_low).ln() / 2.0 / PLAUSIBLE_DEVIATIONS;
+            ((low, high.ln()), shape.then_some((middle, sd)), 0.7)
+        }
+        Scale::Linear => {
+            let width = likely_high - likely_low;
+            let prior = ((likely_low + likely_high) / 2.0, width / 2.0 / PLAUSIBLE_DEVIATIONS);
+            ((low, high), (shape && !parameter.is_of_each_impact()).then_some(prior), 0.3 * width)
+        }
+    };
+    let prior = stated.map(|mass| (mass.value.ln(), (mass.sd / mass.value).max(LEAST_SD))).or(prior);
+    let step = match parameter.scale {
+        Scale::Logarithmic => 2e-3,
+        Scale::Linear => 2e-3 * (likely_high - likely_low),
+    };
+    Coordinate { role: Role::Mechanism { entrant, place }, prior, step, stride, range }
+}

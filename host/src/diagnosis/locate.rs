@@ -1,0 +1,424 @@
+//! Where simulation and recordings differ: phase, band, recordings and conditions, with a p-value for having looked everywhere.
+//!
+//! ```text
+//!  before │ rise │ fall │ after      in each phase of each recording the whitened residual is compared with a few smooth
+//! ────────┼──╱───┼───╲──┼───────     forms and with bands of frequency; under the right model each sum of squares over
+//!         contact peak  separation   q forms is χ² with q degrees of freedom
+//! ```
+//!
+//! The residual is that of the re-tuned baseline, or of any other fit. p-values are Bonferroni's: multiplied by the number of places
+//! looked at.
+
+use statrs::distribution::{ChiSquared, ContinuousCDF as _, FisherSnedecor};
+
+use super::answer::Place;
+use super::fit::Fit;
+use super::layout::Role;
+use super::problem::Problem;
+
+/// Smooth forms in a phase of a recording.
+const FORMS: usize = 5;
+/// Bands of frequency within a phase: edges, Hz.
+const BANDS_HZ: [f64; 7] = [0.0, 40.0, 80.0, 160.0, 320.0, 640.0, 1500.0];
+/// A place is told below this p.
+const SIGNIFICANT: f64 = 0.01;
+/// The force at which a contact of the model ends, over its peak.
+const SEPARATED: f64 = 0.005;
+/// Parts of a phase among which the shortest stretch is sought that holds most of its excess.
+const STRETCHES: usize = 20;
+/// How much of the excess that stretch holds.
+const MOST: f64 = 0.8;
+
+/// A phase of the impact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// Before contact.
+    Before,
+    /// From contact to the peak.
+    Rise,
+    /// From the peak to separation.
+    Fall,
+    /// After separation.
+    After,
+}
+
+impl Phase {
+    /// In the order of time.
+    pub const ALL: [Self; 4] = [Self::Before, Self::Rise, Self::Fall, Self::After];
+
+    /// The contract's word.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Before => "before",
+            Self::Rise => "rise",
+            Self::Fall => "fall",
+            Self::After => "after",
+        }
+    }
+}
+
+/// Contact, peak and separation in a fit's model of one recording, s in the recording's time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Course {
+    /// Instant of contact.
+    pub contact_s: f64,
+    /// Instant of the highest force.
+    pub peak_s: f64,
+    /// Instant at which the force has gone.
+    pub separation_s: f64,
+}
+
+impl Course {
+    /// Of one recording.
+    #[must_use]
+    pub fn of(problem: &Problem, fit: &Fit, recording: usize) -> Self {
+        let prepared = &problem.recordings[recording];
+        let local = |role: Role| {
+            let place = fit.layout.locals.iter().position(|coordinate| coordinate.role == role)?;
+            Some(fit.point.locals[recording][place])
+        };
+        let contact_s = local(Role::Contact).unwrap_or(prepared.contact_guess_s);
+        let offset = local(Role::Offset(0)).unwrap_or(0.0);
+        let model = &fit.model[recording][..prepared.times_s.len().min(fit.model[recording].len())];
+        let size = |value: f64| (value - offset).abs();
+        let peak = (0..model.len()).max_by(|a, b| size(model[*a]).total_cmp(&size(model[*b]))).unwrap_or(0);
+        let highest = model.get(peak).map_or(0.0, |value| size(*value));
+        let gone = (peak..model.len()).find(|place| size(model[*place]) < SEPARATED * highest);
+        let last_s = prepared.times_s[prepared.times_s.len() - 1];
+        Self {
+            contact_s,
+            peak_s: prepared.times_s[peak],
+            separation_s: gone.map_or(last_s, |place| prepared.times_s[place]),
+        }
+    }
+
+    /// The phase at an instant.
+    #[must_use]
+    pub fn phase(&self, time_s: f64) -> Phase {
+        if time_s < self.contact_s {
+            Phase::Before
+        } else if time_s < self.peak_s {
+            Phase::Rise
+        } else if time_s < self.separation_s {
+            Phase::Fall
+        } else {
+            Phase::After
+        }
+    }
+}
+
+/// The sum of squares over forms that are one for each place, and how many.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sum {
+    squares: f64,
+    forms: usize,
+}
+
+impl Sum {
+    fn excess(self) -> f64 {
+        self.squares - self.forms as f64
+    }
+
+    fn p(self) -> f64 {
+        if self.forms == 0 {
+            return 1.0;
+        }
+        ChiSquared::new(self.forms as f64).map_or(1.0, |distribution| distribution.sf(self.squares.max(0.0)))
+    }
+}
+
+impl std::ops::AddAssign for Sum {
+    fn add_assign(&mut self, other: Self) {
+        self.squares += other.squares;
+        self.forms += other.forms;
+    }
+}
+
+/// The places where a fit differs from the recordings, the largest share first.
+#[must_use]
+pub fn locate(problem: &Problem, fit: &Fit) -> Vec<Place> {
+    let count = problem.recordings.len();
+    let courses: Vec<Course> = (0..count).map(|number| Course::of(problem, fit, number)).collect();
+    // For each phase and recording: smooth forms, and energy by band.
+    let mut smooth = vec![vec![Sum::default(); count]; Phase::ALL.len()];
+    let mut bands = vec![vec![Sum::default(); BANDS_HZ.len() - 1]; Phase::ALL.len()];
+    let mut signed = vec![vec![0.0; count]; Phase::ALL.len()];
+    for (number, recording) in problem.recordings.iter().enumerate() {
+        let samples = recording.times_s.len();
+        for (row, phase) in Phase::ALL.into_iter().enumerate() {
+            let within: Vec<usize> =
+                (0..samples).filter(|place| courses[number].phase(recording.times_s[*place]) == phase).collect();
+            let Some((&first, &last)) = within.first().zip(within.last()) else { continue };
+            if within.len() < 6 {
+                continue;
+            }
+            let residual = &fit.residuals[number][first..=last];
+            let length_s = recording.times_s[last] - recording.times_s[first];
+            let lines = cosines(residual);
+            for (order, line) in lines.iter().enumerate() {
+                let square = Sum { squares: line * line, forms: 1 };
+                if order < FORMS {
+                    smooth[row][number] += square;
+                }
+                let hz = order as f64 / (2.0 * length_s);
+                if let Some(band) =
+                    (0..BANDS_HZ.len() - 1).find(|band| hz >= BANDS_HZ[*band] && hz < BANDS_HZ[band + 1])
+                {
+                    bands[row][band] += square;
+                }
+            }
+            signed[row][number] = lines.iter().take(2).sum();
+        }
+    }
+    let total = |row: usize| -> Sum {
+        let mut sum = Sum::default();
+        bands[row].iter().for_each(|band| sum += *band);
+        sum
+    };
+    // Looked at: in each phase the smooth forms of all recordings together, of each alone, and the bands.
+    let looked = (Phase::ALL.len() * (1 + count + BANDS_HZ.len() - 1)) as f64;
+    let all_excess: f64 = (0..Phase::ALL.len()).map(|row| total(row).excess().max(0.0)).sum();
+    let mut places = Vec::new();
+    for (row, phase) in Phase::ALL.into_iter().enumerate() {
+        let mut together = Sum::default();
+        smooth[row].iter().for_each(|sum| together += *sum);
+        let alone = smooth[row].iter().map(|sum| sum.p()).fold(1.0, f64::min);
+        let in_band = bands[row].iter().map(|sum| sum.p()).fold(1.0, f64::min);
+        let p_value = (together.p().min(alone).min(in_band) * looked).min(1.0);
+        if p_value > SIGNIFICANT {
+            continue;
+        }
+        let touched: Vec<usize> = touched(&smooth[row], together, looked);
+        let stretch = stretch(problem, fit, &courses, phase);
+        places.push(Place {
+            phase: phase.word(),
+            time_from_contact_s: stretch,
+            frequency_Hz: strongest_bands(&bands[row]),
+            recordings: touched.iter().map(|number| problem.recordings[*number].name.clone()).collect(),
+            depends_on: depends_on(problem, &signed[row], &smooth[row]),
+            share: if all_excess > 0.0 { total(row).excess().max(0.0) / all_excess } else { 0.0 },
+            p_value,
+        });
+    }
+    places.sort_by(|a, b| b.share.total_cmp(&a.share));
+    places
+}
+
+/// The phase of one recording that differs most from a fit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Alone {
+    /// The recording.
+    pub recording: usize,
+    /// Sum of squares over its smooth forms, less their number.
+    pub excess: f64,
+    /// Probability of that much under the right model, for all that was looked at.
+    pub p_value: f64,
+}
+
+/// What one recording alone says against a fit: the omnibus test looks for what many share.
+#[must_use]
+pub fn alone(problem: &Problem, fit: &Fit) -> Alone {
+    let mut most = Alone { recording: 0, excess: 0.0, p_value: 1.0 };
+    for (number, recording) in problem.recordings.iter().enumerate() {
+        let course = Course::of(problem, fit, number);
+        for phase in Phase::ALL {
+            let residual: Vec<f64> = recording
+                .times_s
+                .iter()
+                .zip(&fit.residuals[number])
+                .filter(|(time, _)| course.phase(**time) == phase)
+                .map(|(_, residual)| *residual)
+                .collect();
+            if residual.len() < 2 * FORMS {
+                continue;
+            }
+            let squares: f64 = cosines(&residual).iter().take(FORMS).map(|line| line * line).sum();
+            let sum = Sum { squares, forms: FORMS };
+            if sum.excess() > most.excess {
+                let looked = (Phase::ALL.len() * problem.recordings.len()) as f64;
+                most = Alone { recording: number, excess: sum.excess(), p_value: (sum.p() * looked).min(1.0) };
+            }
+        }
+    }
+    most
+}
+
+/// Coefficients of the orthonormal cosines (the discrete cosine transform, type II), as many as there are samples, up to the last
+/// band's; those of white noise are again independent with unit variance.
+fn cosines(values: &[f64]) -> Vec<f64> {
+    /// More are not looked at.
+    const MOST_LINES: usize = 240;
+    let count = values.len();
+    let scale = (2.0 / count as f64).sqrt();
+    (0..count.min(MOST_LINES))
+        .map(|order| {
+            let step = std::f64::consts::PI * order as f64 / count as f64;
+            // cos((n + 1/2)·step) by its recurrence.
+            let (mut before, mut here, double) = ((step * 0.5).cos(), (step * 0.5).cos(), 2.0 * step.cos());
+            let mut sum = 0.0;
+            for value in values {
+                sum += value * here;
+                let next = double * here - before;
+                before = here;
+                here = next;
+            }
+            if order == 0 { sum * scale / std::f64::consts::SQRT_2 } else { sum * scale }
+        })
+        .collect()
+}
+
+/// The recordings in which the residual is significant by itself; if none is, those that hold most of the excess.
+fn touched(smooth: &[Sum], together: Sum, looked: f64) -> Vec<usize> {
+    let alone: Vec<usize> = (0..smooth.len()).filter(|number| smooth[*number].p() * looked < SIGNIFICANT).collect();
+    if !alone.is_empty() {
+        return alone;
+    }
+    let mut order: Vec<usize> = (0..smooth.len()).collect();
+    order.sort_by(|a, b| smooth[*b].excess().total_cmp(&smooth[*a].excess()));
+    let mut held = 0.0;
+    let mut most = Vec::new();
+    for number in order {
+        if held > MOST * together.excess() || smooth[number].excess() <= 0.0 {
+            break;
+        }
+        held += smooth[number].excess();
+        most.push(number);
+    }
+    most.sort_unstable();
+    most
+}
+
+/// The shortest stretch of a phase, s from contact, that holds most of its excess over all recordings.
+fn stretch(problem: &Problem, fit: &Fit, courses: &[Course], phase: Phase) -> [f64; 2] {
+    let mut ends = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut energy: Vec<(f64, f64)> = Vec::new();
+    for (number, recording) in problem.recordings.iter().enumerate() {
+        for (place, time) in recording.times_s.iter().enumerate() {
+            if courses[number].phase(*time) == phase {
+                let since = time - courses[number].contact_s;
+                ends = (ends.0.min(since), ends.1.max(since));
+                energy.push((since, fit.residuals[number][place].powi(2) - 1.0));
+            }
+        }
+    }
+    let width = (ends.1 - ends.0) / STRETCHES as f64;
+    let mut bins = [0.0; STRETCHES];
+    for (since, excess) in energy {
+        bins[(((since - ends.0) / width.max(1e-12)) as usize).min(STRETCHES - 1)] += excess;
+    }
+    let whole: f64 = bins.iter().map(|bin| bin.max(0.0)).sum();
+    let mut best = (0, STRETCHES);
+    for from in 0..STRETCHES {
+        let mut held = 0.0;
+        for to in from + 1..=STRETCHES {
+            held += bins[to - 1].max(0.0);
+            if held >= MOST * whole && to - from < best.1 - best.0 {
+                best = (from, to);
+            }
+        }
+    }
+    [ends.0 + best.0 as f64 * width, ends.0 + best.1 as f64 * width]
+}
+
+/// The band, Hz, from the lowest to the highest of those that hold most of the excess.
+fn strongest_bands(bands: &[Sum]) -> [f64; 2] {
+    let whole: f64 = bands.iter().map(|band| band.excess().max(0.0)).sum();
+    let mut order: Vec<usize> = (0..bands.len()).collect();
+    order.sort_by(|a, b| bands[*b].excess().total_cmp(&bands[*a].excess()));
+    let mut held = 0.0;
+    let mut ends = (usize::MAX, 0);
+    for band in order {
+        if held >= MOST * whole {
+            break;
+        }
+        held += bands[band].excess().max(0.0);
+        ends = (ends.0.min(band), ends.1.max(band));
+    }
+    if ends.0 == usize::MAX { [0.0, 0.0] } else { [BANDS_HZ[ends.0], BANDS_HZ[ends.1 + 1]] }
+}
+
+/// Conditions that the residual's size or sign goes with: regression on speed, ln mass and order, differences between configurations.
+/// F-tests, Bonferroni over what is asked.
+fn depends_on(problem: &Problem, signed: &[f64], smooth: &[Sum]) -> Vec<&'static str> {
+    let size: Vec<f64> = smooth.iter().map(|sum| sum.squares.max(0.0).sqrt()).collect();
+    let speed: Vec<f64> = problem.recordings.iter().map(|recording| recording.speed.value).collect();
+    let mass: Vec<f64> = problem.recordings.iter().map(|recording| recording.mass.value.ln()).collect();
+    let order: Vec<f64> = problem.recordings.iter().map(|recording| f64::from(recording.order)).collect();
+    let asked = 8.0;
+    let mut found = Vec::new();
+    for (name, condition) in [("speed", &speed), ("mass", &mass), ("order", &order)] {
+        let p = slope_p(condition, signed).min(slope_p(condition, &size));
+        if p * asked < 0.05 {
+            found.push(name);
+        }
+    }
+    let groups: Vec<usize> = problem.recordings.iter().map(|recording| recording.configuration).collect();
+    if groups_p(&groups, signed).min(groups_p(&groups, &size)) * asked < 0.05 && !found.contains(&"mass") {
+        found.push("configuration");
+    }
+    found
+}
+
+/// The p-value of a straight line through the points.
+fn slope_p(x: &[f64], y: &[f64]) -> f64 {
+    let n = x.len() as f64;
+    if x.len() < 4 {
+        return 1.0;
+    }
+    let (mx, my) = (x.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
+    let sxx: f64 = x.iter().map(|x| (x - mx).powi(2)).sum();
+    let sxy: f64 = x.iter().zip(y).map(|(x, y)| (x - mx) * (y - my)).sum();
+    let syy: f64 = y.iter().map(|y| (y - my).powi(2)).sum();
+    if sxx <= 1e-12 || syy <= 1e-12 {
+        return 1.0;
+    }
+    let explained = sxy * sxy / sxx;
+    let rest = (syy - explained).max(1e-12) / (n - 2.0);
+    FisherSnedecor::new(1.0, n - 2.0).map_or(1.0, |distribution| distribution.sf(explained / rest))
+}
+
+/// The p-value of an analysis of variance.
+fn groups_p(groups: &[usize], y: &[f64]) -> f64 {
+    let count = groups.iter().max().map_or(0, |most| most + 1);
+    let n = y.len();
+    if count < 2 || n < count + 2 {
+        return 1.0;
+    }
+    let mean = y.iter().sum::<f64>() / n as f64;
+    let (mut between, mut within) = (0.0, 0.0);
+    for group in 0..count {
+        let values: Vec<f64> = groups.iter().zip(y).filter(|(g, _)| **g == group).map(|(_, y)| *y).collect();
+        if values.is_empty() {
+            continue;
+        }
+        let here = values.iter().sum::<f64>() / values.len() as f64;
+        between += values.len() as f64 * (here - mean).powi(2);
+        within += values.iter().map(|value| (value - here).powi(2)).sum::<f64>();
+    }
+    let (a, b) = ((count - 1) as f64, (n - count) as f64);
+    FisherSnedecor::new(a, b).map_or(1.0, |distribution| distribution.sf((between / a) / (within / b).max(1e-12)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cosines_keep_the_energy_and_find_the_line() {
+        let values: Vec<f64> =
+            (0..64).map(|n| (std::f64::consts::PI * 5.0 * (f64::from(n) + 0.5) / 64.0).cos()).collect();
+        let lines = cosines(&values);
+        assert!((lines[5].powi(2) - 32.0).abs() < 1e-9, "{lines:?}");
+        assert!(lines.iter().enumerate().all(|(order, line)| order == 5 || line.abs() < 1e-9));
+    }
+
+    #[test]
+    fn a_line_is_told_from_scatter() {
+        let x: Vec<f64> = (0..12).map(f64::from).collect();
+        let straight: Vec<f64> = x.iter().map(|x| 2.0 * x + (x * 7.0).sin()).collect();
+        let scatter: Vec<f64> = x.iter().map(|x| (x * 37.0).sin()).collect();
+        assert!(slope_p(&x, &straight) < 1e-6);
+        assert!(slope_p(&x, &scatter) > 0.05);
+    }
+}

@@ -1,0 +1,140 @@
+//! What the recordings show before contact is noise: how strong, and how coloured.
+//!
+//! An autoregressive model, e_t = Σ a_k·e_{t−k} + w_t, fitted to all quiet stretches together (Yule and Walker's equations, lags
+//! pooled over the stretches, each freed of its mean). Whitening with it makes the residual of a right model white with unit
+//! variance, so that a sum of squares is a χ².
+//!
+//! Source: G. E. P. Box, G. M. Jenkins, Time Series Analysis (1970), ch. 3.
+
+use nalgebra::{DMatrix, DVector};
+
+/// The order of the model: colour over eight samples, which a chain's filter and a hum's slope fit into.
+const ORDER: usize = 6;
+/// Quiet samples for each coefficient, at least; else the noise counts as white.
+const SAMPLES_PER_COEFFICIENT: usize = 25;
+
+/// An autoregressive noise model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Noise {
+    /// a_1, a_2, …; empty: white.
+    coefficients: Vec<f64>,
+    /// Standard deviation of w, in the channel's unit.
+    innovation: f64,
+    /// Standard deviation of e, in the channel's unit.
+    rms: f64,
+    /// How many quiet samples told it; 0: it is only stated.
+    samples: usize,
+}
+
+impl Noise {
+    /// White noise of this strength, as stated and not seen.
+    #[must_use]
+    pub fn stated(rms: f64) -> Self {
+        Self { coefficients: Vec::new(), innovation: rms, rms, samples: 0 }
+    }
+
+    /// Fitted to quiet stretches of evenly spaced samples; `coloured` is whether an order above zero may be used.
+    /// `None` where there are too few samples to tell even the strength.
+    #[must_use]
+    pub fn of_quiet(stretches: &[&[f64]], coloured: bool) -> Option<Self> {
+        let mut covariance = [0.0; ORDER + 1];
+        let mut samples = 0;
+        for stretch in stretches.iter().filter(|stretch| stretch.len() > 2 * ORDER) {
+            let mean = stretch.iter().sum::<f64>() / stretch.len() as f64;
+            for (lag, sum) in covariance.iter_mut().enumerate() {
+                *sum += stretch[lag..].iter().zip(*stretch).map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>();
+            }
+            // The mean has taken one degree of freedom.
+            samples += stretch.len() - 1;
+        }
+        if samples < 2 * ORDER {
+            return None;
+        }
+        covariance.iter_mut().for_each(|sum| *sum /= samples as f64);
+        let variance = covariance[0];
+        if variance <= 0.0 {
+            return None;
+        }
+        let white = Self { coefficients: Vec::new(), innovation: variance.sqrt(), rms: variance.sqrt(), samples };
+        if !coloured || samples < ORDER * SAMPLES_PER_COEFFICIENT {
+            return Some(white);
+        }
+        let toeplitz = DMatrix::from_fn(ORDER, ORDER, |row, column| {
+            covariance[row.abs_diff(column)] + if row == column { 1e-9 * variance } else { 0.0 }
+        });
+        let lags = DVector::from_column_slice(&covariance[1..]);
+        let Some(coefficients) = toeplitz.cholesky().map(|factor| factor.solve(&lags)) else { return Some(white) };
+        let innovation = variance - coefficients.dot(&lags);
+        if innovation <= 0.01 * variance {
+            return Some(white);
+        }
+        Some(Self { coefficients: coefficients.iter().copied().collect(), innovation: innovation.sqrt(), ..white })
+    }
+
+    /// Standard deviation of the noise itself, in the channel's unit.
+    #[must_use]
+    pub fn rms(&self) -> f64 {
+        self.rms
+    }
+
+    /// How many quiet samples told it; 0: it is only stated.
+    #[must_use]
+    pub fn samples(&self) -> usize {
+        self.samples
+    }
+
+    /// Turns a residual into one that is white with unit variance, in place. The first samples, whose past is not known, are
+    /// only scaled.
+    pub fn whiten(&self, residual: &mut [f64]) {
+        let order = self.coefficients.len();
+        let scale = 1.0 / self.innovation;
+        for place in (0..residual.len()).rev() {
+            if place < order {
+                residual[place] /= self.rms;
+                continue;
+            }
+            let mut value = residual[place];
+            for (lag, coefficient) in self.coefficients.iter().enumerate() {
+                value -= coefficient * residual[place - 1 - lag];
+            }
+            residual[place] = value * scale;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng as _;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution as _, StandardNormal};
+
+    use super::*;
+
+    fn coloured(samples: usize, seed: u64) -> Vec<f64> {
+        let mut chance = ChaCha8Rng::seed_from_u64(seed);
+        let mut values = vec![0.0; samples + 100];
+        for place in 2..values.len() {
+            let fresh: f64 = StandardNormal.sample(&mut chance);
+            values[place] = 1.2 * values[place - 1] - 0.5 * values[place - 2] + 0.3 * fresh;
+        }
+        values.split_off(100)
+    }
+
+    #[test]
+    fn whitened_noise_is_white_with_unit_variance() {
+        let values = coloured(4000, 1);
+        let noise = Noise::of_quiet(&[&values[..2000], &values[2000..]], true).unwrap();
+        let mut fresh = coloured(4000, 2);
+        noise.whiten(&mut fresh);
+        let lag = |lag: usize| fresh[lag..].iter().zip(&fresh).map(|(a, b)| a * b).sum::<f64>() / 4000.0;
+        assert!((lag(0) - 1.0).abs() < 0.1, "{}", lag(0));
+        assert!((1..5).all(|shift| lag(shift).abs() < 0.08));
+    }
+
+    #[test]
+    fn few_quiet_samples_make_no_colour() {
+        let values = coloured(40, 1);
+        assert!(Noise::of_quiet(&[&values], true).unwrap().coefficients.is_empty());
+        assert_eq!(Noise::of_quiet(&[&values[..8]], true), None);
+    }
+}

@@ -1,0 +1,149 @@
+//! Is there a rest at all? A test against anything smooth, whatever its cause.
+//!
+//! The residual is compared with sines over the contact time, each also times speed and times mass, and with slow curves after the
+//! contact, all freed of what the fit's coordinates can imitate. Under the right model the sum of squares over q independent forms
+//! is χ² with q degrees of freedom.
+
+use nalgebra::DVector;
+
+use super::fit::{Fit, Tangent, whiten};
+use super::layout::Role;
+use super::problem::Problem;
+
+/// Sines over the contact time.
+const SINES: usize = 12;
+/// Cosines over the time after it.
+const TAIL_FORMS: usize = 4;
+
+/// What the test found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Omnibus {
+    /// Sum of squares over the independent forms, less their number.
+    pub excess: f64,
+    /// How many independent forms.
+    pub forms: usize,
+}
+
+impl Omnibus {
+    /// The excess in its own standard deviations, √(2q).
+    #[must_use]
+    pub fn z(&self) -> f64 {
+        if self.forms == 0 { 0.0 } else { self.excess / (2.0 * self.forms as f64).sqrt() }
+    }
+}
+
+/// Tests a fit.
+#[must_use]
+pub fn omnibus(problem: &Problem, fit: &Fit, tangent: &Tangent) -> Omnibus {
+    let nothing = Omnibus { excess: 0.0, forms: 0 };
+    let Some(normal) = tangent.normal(0.0) else { return nothing };
+    let forms = forms(problem, fit);
+    let projected: Vec<(DVector<f64>, f64)> = forms
+        .iter()
+        .map(|form| {
+            let (global, locals) = tangent.transposed(form);
+            let imitation = normal.solve(&global, &locals);
+            let imitated = tangent.times(&imitation);
+            let flat: Vec<f64> = form
+                .iter()
+                .zip(&imitated)
+                .flat_map(|(values, imitated)| {
+                    let values: Vec<f64> = if values.is_empty() { vec![0.0; imitated.len()] } else { values.clone() };
+                    values.into_iter().zip(imitated).map(|(v, i)| v - i).collect::<Vec<_>>()
+                })
+                .collect();
+            let whole: f64 = form.iter().flatten().map(|v| v * v).sum::<f64>().sqrt();
+            (DVector::from_vec(flat), whole)
+        })
+        .collect();
+    // By Gram and Schmidt's rule, forms that the others or the coordinates already hold left out.
+    let residual =
+        DVector::from_iterator(fit.residuals.iter().map(Vec::len).sum(), fit.residuals.iter().flatten().copied());
+    let mut basis: Vec<DVector<f64>> = Vec::new();
+    let mut sum = 0.0;
+    for (mut form, whole) in projected {
+        for _ in 0..2 {
+            for other in &basis {
+                let part = other.dot(&form);
+                form.axpy(-part, other, 1.0);
+            }
+        }
+        let norm = form.norm();
+        if norm > 0.02 * whole && norm > 0.0 {
+            form /= norm;
+            sum += form.dot(&residual).powi(2);
+            basis.push(form);
+        }
+    }
+    Omnibus { excess: sum - basis.len() as f64, forms: basis.len() }
+}
+
+/// Begin and end of the contact that the fit has, s in the recording's time.
+#[must_use]
+pub fn contact_of(problem: &Problem, fit: &Fit, recording: usize) -> (f64, f64) {
+    let prepared = &problem.recordings[recording];
+    let place = fit.layout.locals.iter().position(|coordinate| coordinate.role == Role::Contact);
+    let from_s = place.map_or(prepared.contact_guess_s, |place| fit.point.locals[recording][place]);
+    (from_s, from_s + prepared.contact_time_s)
+}
+
+fn forms(problem: &Problem, fit: &Fit) -> Vec<Vec<Vec<f64>>> {
+    let speeds: Vec<f64> = centred(problem.recordings.iter().map(|recording| recording.speed.value).collect());
+    let masses: Vec<f64> = centred(problem.recordings.iter().map(|recording| recording.mass.value.ln()).collect());
+    let ones = vec![1.0; speeds.len()];
+    let mut all = Vec::new();
+    for weights in [&ones, &speeds, &masses] {
+        if weights.iter().all(|weight| *weight == 0.0) {
+            continue;
+        }
+        for number in 1..=SINES {
+            all.push(form(problem, fit, weights, |along, _| {
+                if (0.0..=1.0).contains(&along) { (std::f64::consts::PI * number as f64 * along).sin() } else { 0.0 }
+            }));
+        }
+        for number in 0..TAIL_FORMS {
+            all.push(form(problem, fit, weights, |along, tail| {
+                if along > 1.0 { (std::f64::consts::PI * number as f64 * tail).cos() } else { 0.0 }
+            }));
+        }
+    }
+    all
+}
+
+/// A form in every recording, whitened: a function of the time along the contact (0 to 1) and along what follows it.
+fn form(problem: &Problem, fit: &Fit, weights: &[f64], shape: impl Fn(f64, f64) -> f64) -> Vec<Vec<f64>> {
+    problem
+        .recordings
+        .iter()
+        .enumerate()
+        .map(|(number, recording)| {
+            let (from_s, to_s) = contact_of(problem, fit, number);
+            let last_s = recording.times_s[recording.times_s.len() - 1];
+            let mut values: Vec<f64> = Vec::with_capacity(recording.rows());
+            for channel in 0..problem.channels.len() {
+                let size = if channel == 0 {
+                    1.0
+                } else {
+                    problem.channels[channel].noise.rms() / problem.channels[0].noise.rms()
+                };
+                values.extend(recording.times_s.iter().map(|time| {
+                    let along = (time - from_s) / (to_s - from_s);
+                    let tail = ((time - to_s) / (last_s - to_s).max(1e-9)).clamp(0.0, 1.0);
+                    size * weights[number] * shape(along, tail)
+                }));
+            }
+            whiten(problem, &mut values);
+            values
+        })
+        .collect()
+}
+
+fn centred(values: Vec<f64>) -> Vec<f64> {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let spread = (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt();
+    if spread <= 1e-9 * mean.abs() {
+        vec![0.0; values.len()]
+    } else {
+        values.iter().map(|value| (value - mean) / spread).collect()
+    }
+}

@@ -1,0 +1,138 @@
+//! What the simulation says a recording should show, for given coordinates.
+
+use thud_sim::mechanism::Effect;
+use thud_sim::rig::{Accuracy, Approach, Impact, Rig, RigError};
+
+use super::layout::{Coordinate, Layout, Point, Role};
+use super::problem::Problem;
+use crate::campaign::RigKind;
+use crate::model;
+
+/// As exact as the thinnest noise needs: a finite difference of 10⁻³ sees errors of 10⁻⁴ of the effect.
+pub const ACCURACY: Accuracy = Accuracy { relative: 1e-7, force_n: 1e-5 };
+
+/// Simulates one recording.
+///
+/// # Errors
+/// A combination of values that cannot be simulated.
+pub fn strike(problem: &Problem, layout: &Layout, point: &Point, recording: usize) -> Result<Impact, RigError> {
+    let prepared = &problem.recordings[recording];
+    let contact = layout.locals.iter().position(|coordinate| coordinate.role == Role::Contact);
+    let contact_s = contact.map_or(prepared.contact_guess_s, |place| point.locals[recording][place]);
+    // A shifted instant of contact is read from the same motion: it must be long enough.
+    let until_s = prepared.times_s[prepared.times_s.len() - 1] - contact_s + 1e-3;
+    strike_until(problem, layout, point, recording, until_s)
+}
+
+fn strike_until(
+    problem: &Problem,
+    layout: &Layout,
+    point: &Point,
+    recording: usize,
+    until_s: f64,
+) -> Result<Impact, RigError> {
+    let prepared = &problem.recordings[recording];
+    let mut rig: Rig = model::simulated(&problem.rig);
+    let mut speed = prepared.speed.value;
+    let mut mass = prepared.mass.value;
+    let mut apply = |coordinates: &[Coordinate], values: &[f64]| {
+        for (coordinate, value) in coordinates.iter().zip(values) {
+            match coordinate.role {
+                Role::Body | Role::Repeat => rig.body_stiffness_n_per_m *= value.exp(),
+                Role::Pad => rig.pad_stiffness_n_per_m = rig.pad_stiffness_n_per_m.map(|pad| pad * value.exp()),
+                Role::Mass(configuration) if configuration == prepared.configuration => mass *= value.exp(),
+                Role::Speed => speed *= value.exp(),
+                _ => {}
+            }
+        }
+    };
+    apply(&layout.globals, &point.globals);
+    apply(&layout.locals, &point.locals[recording]);
+    let effects: Vec<Effect> = (0..layout.entrants.len())
+        .filter(|entrant| layout.entrants[*entrant].scope.includes(recording, prepared.configuration))
+        .map(|entrant| layout.effect_at(entrant, point, recording))
+        .collect();
+    let approach = Approach {
+        speed_m_per_s: speed,
+        effective_mass_kg: mass,
+        configuration: prepared.configuration as u32,
+        order: prepared.order,
+    };
+    rig.strike(&approach, &effects, until_s.max(1e-3), ACCURACY)
+}
+
+/// Reads from the simulated motion what the channels show at the recording's instants, all series one after the other.
+pub fn read(
+    problem: &Problem,
+    layout: &Layout,
+    point: &Point,
+    recording: usize,
+    impact: &Impact,
+    shift_s: f64,
+) -> Vec<f64> {
+    let prepared = &problem.recordings[recording];
+    let local = |wanted: Role| {
+        layout
+            .locals
+            .iter()
+            .position(|coordinate| coordinate.role == wanted)
+            .map(|place| point.locals[recording][place])
+    };
+    let contact_s = local(Role::Contact).unwrap_or(prepared.contact_guess_s) + shift_s;
+    let since_s: Vec<f64> = prepared.times_s.iter().map(|time| time - contact_s).collect();
+    let mut values = Vec::with_capacity(prepared.rows());
+    for (number, channel) in problem.channels.iter().enumerate() {
+        let from = values.len();
+        values.resize(from + since_s.len(), 0.0);
+        let series = &mut values[from..];
+        impact.sample_into(channel.quantity, &since_s, series);
+        if problem.rig.kind != RigKind::Fall && channel.quantity == thud_sim::rig::Quantity::CellForce {
+            impact.apply_chain(&since_s, series);
+        }
+        mean_over_block(series, &since_s, prepared.mean_of_s2);
+        let offset = local(Role::Offset(number)).unwrap_or(0.0);
+        for value in series {
+            *value = channel.sign * *value + offset;
+        }
+    }
+    values
+}
+
+/// What the observed channel shows at every sample of a recording, not thinned. `None`: it cannot be simulated.
+#[must_use]
+pub fn raw(problem: &Problem, layout: &Layout, point: &Point, recording: usize) -> Option<Vec<f64>> {
+    let prepared = &problem.recordings[recording];
+    let local = |wanted: Role| {
+        let place = layout.locals.iter().position(|coordinate| coordinate.role == wanted)?;
+        Some(point.locals[recording][place])
+    };
+    let contact_s = local(Role::Contact).unwrap_or(prepared.contact_guess_s);
+    let since_s: Vec<f64> = prepared.raw.times_s.iter().map(|time| time - contact_s).collect();
+    let impact = strike_until(problem, layout, point, recording, since_s[since_s.len() - 1]).ok()?;
+    let channel = &problem.channels[0];
+    let mut values = vec![0.0; since_s.len()];
+    impact.sample_into(channel.quantity, &since_s, &mut values);
+    if channel.quantity == thud_sim::rig::Quantity::CellForce {
+        impact.apply_chain(&since_s, &mut values);
+    }
+    let offset = local(Role::Offset(0)).unwrap_or(0.0);
+    for value in &mut values {
+        *value = channel.sign * *value + offset;
+    }
+    Some(values)
+}
+
+/// What a mean over a block of samples reads where the curve is bent: its second difference says how much.
+fn mean_over_block(series: &mut [f64], times_s: &[f64], mean_of_s2: f64) {
+    if mean_of_s2 == 0.0 || series.len() < 3 {
+        return;
+    }
+    let mut before = series[0];
+    for place in 1..series.len() - 1 {
+        let (left, right) = (times_s[place] - times_s[place - 1], times_s[place + 1] - times_s[place]);
+        let here = series[place];
+        let bend = 2.0 * ((series[place + 1] - here) / right - (here - before) / left) / (left + right);
+        series[place] = here + bend * mean_of_s2;
+        before = here;
+    }
+}

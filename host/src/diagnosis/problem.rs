@@ -1,0 +1,386 @@
+//! The campaign as the fit takes it: samples that matter, thinned to the rate that the pulse needs, with their noise.
+//!
+//! ```text
+//!   quiet        contact                     after
+//! ──────────┬──╱────────╲──┬──────────────────────
+//!  noise,   │  thinned to some hundred   │ as long as
+//!  offset   │  samples for a contact     │ it tells anything
+//! ```
+
+use thud_sim::rig::Quantity;
+
+use super::noise::Noise;
+use super::{DiagnosisError, Note};
+use crate::campaign::{Estimate, Loaded, Observed, Rig, RigKind};
+
+/// Samples that one contact is thinned to, at least.
+const SAMPLES_PER_CONTACT: f64 = 110.0;
+/// A thinned recording keeps what rings below half of this, Hz: moving pieces do so at 170 to 600 Hz (table of mechanisms).
+const KEPT_RATE_HZ: f64 = 5_000.0;
+/// Quiet kept before contact, s: enough for the offset and for a period of the mains.
+const QUIET_S: f64 = 0.05;
+/// Fewer samples in a contact do not show its form.
+const FEWEST_PER_CONTACT: f64 = 8.0;
+/// Quiet time left out before the guessed contact, in contact times.
+const GUARD: f64 = 0.05;
+/// The most samples of a recording that are fitted.
+const MOST_SAMPLES: usize = 4_000;
+
+/// Everything that is fitted.
+#[derive(Debug)]
+pub struct Problem {
+    /// What is believed of the rig.
+    pub rig: Rig,
+    /// What of the rig's motion each series shows, with its noise.
+    pub channels: Vec<ChannelModel>,
+    /// The recordings, in the order in which they were made.
+    pub recordings: Vec<Prepared>,
+    /// Names of the configurations; each shares one error of the mass.
+    pub configurations: Vec<String>,
+    /// Relative uncertainty of each configuration's mass.
+    pub mass_sd: Vec<f64>,
+}
+
+/// What a channel shows.
+#[derive(Clone, Debug)]
+pub struct ChannelModel {
+    /// Name of its column.
+    pub column: String,
+    /// What of the motion it shows.
+    pub quantity: Quantity,
+    /// 1, or −1 where the channel counts the other way round.
+    pub sign: f64,
+    /// Its noise.
+    pub noise: Noise,
+}
+
+/// A recording, ready to be fitted.
+#[derive(Debug)]
+pub struct Prepared {
+    /// Its file without folder and extension, as the contract names recordings.
+    pub name: String,
+    /// Its file, as the campaign names it.
+    pub file: String,
+    /// Instants in the recording's own time, s.
+    pub times_s: Vec<f64>,
+    /// One series for each channel: values at the instants.
+    pub series: Vec<Vec<f64>>,
+    /// (n² − 1)·Δt²/24 for means over n samples: a mean is the value in the middle plus this times the curvature, s².
+    pub mean_of_s2: f64,
+    /// Speed at contact, as believed.
+    pub speed: Estimate,
+    /// Effective mass, as believed.
+    pub mass: Estimate,
+    /// Number of its configuration.
+    pub configuration: usize,
+    /// Place in the campaign.
+    pub order: u32,
+    /// A first guess of the instant of contact, s.
+    pub contact_guess_s: f64,
+    /// A first guess of each channel's offset.
+    pub offset_guess: Vec<f64>,
+    /// Duration of the ideal contact, s.
+    pub contact_time_s: f64,
+    /// Every sample of the observed channel, as recorded.
+    pub raw: Samples,
+    /// Instants of samples that are missing from even sampling: last before, first after, s.
+    pub gaps_s: Vec<(f64, f64)>,
+}
+
+/// Every sample of a channel.
+#[derive(Debug)]
+pub struct Samples {
+    /// Instants in the recording's own time, s.
+    pub times_s: Vec<f64>,
+    /// Values.
+    pub values: Vec<f64>,
+    /// Standard deviation in the quiet before contact; none where there is none.
+    pub quiet_rms: Option<f64>,
+}
+
+impl Prepared {
+    /// Number of fitted values, over all series.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.series.len() * self.times_s.len()
+    }
+}
+
+impl Problem {
+    /// Number of fitted values.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.recordings.iter().map(Prepared::rows).sum()
+    }
+
+    /// Noise of the observed channel at its own sample rate: what the recordings show before contact, or what is stated.
+    #[must_use]
+    pub fn noise_rms(&self) -> f64 {
+        let seen: Vec<f64> = self.recordings.iter().filter_map(|recording| recording.raw.quiet_rms).collect();
+        if seen.is_empty() {
+            return self.channels[0].noise.rms();
+        }
+        (seen.iter().map(|rms| rms * rms).sum::<f64>() / seen.len() as f64).sqrt()
+    }
+
+    /// Whether there is a rig with springs.
+    #[must_use]
+    pub fn has_springs(&self) -> bool {
+        self.rig.kind != RigKind::Fall
+    }
+
+    /// Prepares a campaign.
+    ///
+    /// # Errors
+    /// What makes it unusable, with the remedy.
+    pub fn new(loaded: &Loaded, notes: &mut Vec<Note>) -> Result<Self, DiagnosisError> {
+        let campaign = &loaded.campaign;
+        let mut configurations: Vec<String> = Vec::new();
+        let mut mass_sd: Vec<(f64, usize)> = Vec::new();
+        let observed = campaign.chain.observed;
+        let mut columns = vec![observed.column().to_owned()];
+        for other in [Observed::Force, Observed::Displacement].map(Observed::column) {
+            let everywhere = loaded.recordings.iter().all(|recording| recording.channel(other).is_some());
+            if other != observed.column() && everywhere && campaign.rig.kind != RigKind::Fall {
+                columns.push(other.to_owned());
+            }
+        }
+        let mut prepared = Vec::new();
+        let mut quiet: Vec<Vec<Vec<f64>>> = vec![Vec::new(); columns.len()];
+        let mut all_even = true;
+        for (order, (entry, recording)) in campaign.recordings.iter().zip(&loaded.recordings).enumerate() {
+            // Without a name, recordings of one believed mass are of one pose.
+            let configuration = entry
+                .configuration
+                .clone()
+                .unwrap_or_else(|| format!("{} kg", crate::decimal::significant(entry.effective_mass_kg.value, 4)));
+            let number = configurations.iter().position(|known| *known == configuration).unwrap_or_else(|| {
+                configurations.push(configuration);
+                mass_sd.push((0.0, 0));
+                configurations.len() - 1
+            });
+            mass_sd[number].0 += entry.effective_mass_kg.sd / entry.effective_mass_kg.value;
+            mass_sd[number].1 += 1;
+            let raw = Raw {
+                kind: campaign.rig.kind,
+                times_s: recording.times_s(),
+                channels: columns.iter().filter_map(|column| recording.channel(column)).collect(),
+                interval_s: recording.median_interval_s(),
+                contact_time_s: contact_time_s(&campaign.rig, entry.effective_mass_kg.value),
+                speed_m_per_s: entry.impact_speed_m_per_s.value,
+            };
+            let file = entry.file.clone();
+            let name = std::path::Path::new(&file).file_stem().map_or(file.clone(), |s| s.to_string_lossy().into());
+            let Some(mut thinned) = raw.thin() else {
+                notes.push(Note::about(&name, "nothing in it rises above its noise; it is left out"));
+                continue;
+            };
+            if let Some(per_contact) = thinned.too_slow {
+                notes.push(Note::about(
+                    &name,
+                    &format!(
+                        "only {per_contact:.0} samples in a contact of {:.1} ms: its form is hardly seen; sample at {:.0} Hz or more",
+                        1e3 * raw.contact_time_s,
+                        SAMPLES_PER_CONTACT / 2.0 / raw.contact_time_s
+                    ),
+                ));
+            }
+            all_even &= thinned.even;
+            for (stretches, stretch) in quiet.iter_mut().zip(std::mem::take(&mut thinned.quiet)) {
+                stretches.push(stretch);
+            }
+            prepared.push(Prepared {
+                name,
+                file,
+                times_s: thinned.times_s,
+                series: thinned.series,
+                mean_of_s2: thinned.mean_of_s2,
+                speed: entry.impact_speed_m_per_s,
+                mass: entry.effective_mass_kg,
+                configuration: number,
+                order: order as u32,
+                contact_guess_s: thinned.contact_guess_s,
+                offset_guess: thinned.offset_guess,
+                contact_time_s: raw.contact_time_s,
+                raw: Samples {
+                    times_s: recording.times_s().to_vec(),
+                    values: raw.channels[0].to_vec(),
+                    quiet_rms: thinned.quiet_rms,
+                },
+                gaps_s: recording.gaps().iter().map(|gap| (gap.from_s, gap.to_s)).collect(),
+            });
+        }
+        if prepared.is_empty() {
+            return Err(DiagnosisError::Nothing);
+        }
+        let thinned_by = prepared.iter().map(|recording| recording.series[0].len()).max().unwrap_or(0);
+        if thinned_by < 20 {
+            return Err(DiagnosisError::TooFewSamples { most: thinned_by });
+        }
+        let channels = columns
+            .iter()
+            .zip(&quiet)
+            .enumerate()
+            .map(|(number, (column, stretches))| {
+                let slices: Vec<&[f64]> = stretches.iter().map(Vec::as_slice).collect();
+                let stated = if number == 0 { campaign.chain.noise_rms } else { 0.0 };
+                let noise = Noise::of_quiet(&slices, all_even).unwrap_or_else(|| {
+                    notes.push(Note::general(&format!(
+                        "{column}: too little quiet before contact to see the noise; taken as stated, {stated} rms and white. Begin recordings 50 ms before contact"
+                    )));
+                    Noise::stated(if stated > 0.0 { stated } else { spread(&prepared, number) * 1e-3 })
+                });
+                let (quantity, sign) = shown_by(column);
+                ChannelModel { column: column.clone(), quantity, sign, noise }
+            })
+            .collect();
+        let mass_sd = mass_sd.into_iter().map(|(sum, count)| sum / count.max(1) as f64).collect();
+        Ok(Self { rig: campaign.rig.clone(), channels, recordings: prepared, configurations, mass_sd })
+    }
+}
+
+fn spread(prepared: &[Prepared], channel: usize) -> f64 {
+    prepared
+        .iter()
+        .flat_map(|recording| &recording.series[channel])
+        .fold(0.0, |most: f64, value| most.max(value.abs()))
+        .max(1e-12)
+}
+
+/// What a column shows of the motion. A height counts upwards, the motion downwards; an acceleration is that of the moving body,
+/// which the rig slows down.
+fn shown_by(column: &str) -> (Quantity, f64) {
+    match column {
+        "displacement_m" => (Quantity::Position, 1.0),
+        "height_m" => (Quantity::Position, -1.0),
+        "acceleration_m_per_s2" => (Quantity::Acceleration, 1.0),
+        _ => (Quantity::CellForce, 1.0),
+    }
+}
+
+/// Half a period of the mass on the springs, s; in a fall there are none, and a tenth of a second stands for it.
+fn contact_time_s(rig: &Rig, mass_kg: f64) -> f64 {
+    match rig.kind {
+        RigKind::Fall => 0.1,
+        _ => std::f64::consts::PI * (mass_kg / crate::model::simulated(rig).effective_stiffness_n_per_m()).sqrt(),
+    }
+}
+
+struct Raw<'a> {
+    kind: RigKind,
+    times_s: &'a [f64],
+    channels: Vec<&'a [f64]>,
+    interval_s: f64,
+    contact_time_s: f64,
+    speed_m_per_s: f64,
+}
+
+struct Thinned {
+    times_s: Vec<f64>,
+    series: Vec<Vec<f64>>,
+    quiet: Vec<Vec<f64>>,
+    offset_guess: Vec<f64>,
+    contact_guess_s: f64,
+    mean_of_s2: f64,
+    quiet_rms: Option<f64>,
+    even: bool,
+    too_slow: Option<f64>,
+}
+
+impl Raw<'_> {
+    fn thin(&self) -> Option<Thinned> {
+        let contact = if self.kind == RigKind::Fall { Some(0) } else { self.contact() };
+        let contact = contact?;
+        let contact_guess_s = self.times_s[contact];
+        let per_contact = self.contact_time_s / self.interval_s;
+        let fall = self.kind == RigKind::Fall;
+        let rate = if fall { 200.0 } else { KEPT_RATE_HZ.max(SAMPLES_PER_CONTACT / self.contact_time_s) };
+        let even = self.is_even();
+        let (from_s, to_s) = if fall {
+            (f64::NEG_INFINITY, f64::INFINITY)
+        } else {
+            // All that follows: a robot that goes on pushing comes back late.
+            (contact_guess_s - QUIET_S.max(self.contact_time_s), f64::INFINITY)
+        };
+        let first = self.times_s.partition_point(|time| *time < from_s);
+        let last = self.times_s.partition_point(|time| *time <= to_s);
+        let mut n = if even { (1.0 / (rate * self.interval_s)).floor().max(1.0) as usize } else { 1 };
+        while (last - first) / n > MOST_SAMPLES {
+            n += 1;
+        }
+        // Blocks are counted from the contact, so that quiet blocks hold no contact.
+        let guard = (GUARD * per_contact).ceil() as usize + 1;
+        let quiet_end = contact.saturating_sub(guard);
+        let offset_of = |channel: &[f64]| {
+            let stretch = &channel[..quiet_end.max(1)];
+            stretch.iter().sum::<f64>() / stretch.len() as f64
+        };
+        let offset_guess: Vec<f64> = self.channels.iter().map(|channel| offset_of(channel)).collect();
+        let blocks: Vec<usize> = (first..last).step_by(n).filter(|start| start + n <= last).collect();
+        let whole = |start: &usize| {
+            let lasts = self.times_s[start + n - 1] - self.times_s[*start];
+            n == 1 || lasts < self.interval_s * (n as f64 - 0.5)
+        };
+        let blocks: Vec<usize> = blocks.into_iter().filter(whole).collect();
+        let mean = |values: &[f64], start: usize| values[start..start + n].iter().sum::<f64>() / n as f64;
+        // Noise is taken from all of the quiet time, in blocks of the same length.
+        let quiet_blocks: Vec<usize> = (0..quiet_end).step_by(n).filter(|start| start + n <= quiet_end).collect();
+        Some(Thinned {
+            times_s: blocks.iter().map(|start| mean(self.times_s, *start)).collect(),
+            series: self
+                .channels
+                .iter()
+                .map(|channel| blocks.iter().map(|start| mean(channel, *start)).collect())
+                .collect(),
+            quiet: if fall {
+                self.channels.iter().map(|_| Vec::new()).collect()
+            } else {
+                self.channels
+                    .iter()
+                    .map(|channel| quiet_blocks.iter().map(|start| mean(channel, *start)).collect())
+                    .collect()
+            },
+            contact_guess_s,
+            mean_of_s2: ((n * n - 1) as f64) * self.interval_s * self.interval_s / 24.0,
+            quiet_rms: (quiet_end >= 12 && !fall).then(|| {
+                let stretch = &self.channels[0][..quiet_end];
+                (stretch.iter().map(|value| (value - offset_guess[0]).powi(2)).sum::<f64>() / (quiet_end - 1) as f64)
+                    .sqrt()
+            }),
+            offset_guess: if fall { self.channels.iter().map(|channel| channel[0]).collect() } else { offset_guess },
+            even,
+            too_slow: (!fall && per_contact < FEWEST_PER_CONTACT).then_some(per_contact),
+        })
+    }
+
+    fn is_even(&self) -> bool {
+        let steps = self.times_s.windows(2).map(|pair| pair[1] - pair[0]);
+        let even = steps.filter(|step| (step / self.interval_s - 1.0).abs() < 0.1).count();
+        even as f64 >= 0.98 * (self.times_s.len() - 1) as f64
+    }
+
+    /// Index of the last sample before the observed channel leaves its rest: the level is passed at a twentieth of the peak, or five
+    /// times the noise of the first samples, and a half sine tells how long before the contact was.
+    fn contact(&self) -> Option<usize> {
+        let values = self.channels[0];
+        let head = (values.len() / 20).clamp(4, values.len());
+        let mut first: Vec<f64> = values[..head].to_vec();
+        first.sort_by(f64::total_cmp);
+        let zero = first[head / 2];
+        let deviation = |value: f64| (value - zero).abs();
+        first.sort_by(|a, b| deviation(*a).total_cmp(&deviation(*b)));
+        // The median deviation is 0.6745 standard deviations of Gaussian noise.
+        let noise = deviation(first[head / 2]) / 0.6745;
+        let peak = values.iter().map(|value| deviation(*value)).fold(0.0, f64::max);
+        let level = (0.05 * peak).max(5.0 * noise);
+        if level >= peak || self.speed_m_per_s == 0.0 {
+            return None;
+        }
+        // Two of three beyond the level: a spike is no contact.
+        let passed = (0..values.len().saturating_sub(2))
+            .find(|place| values[*place..place + 3].iter().filter(|v| deviation(**v) > level).count() >= 2)?;
+        let before_s = (level / peak).asin() * self.contact_time_s / std::f64::consts::PI;
+        let contact_s = self.times_s[passed] - before_s;
+        Some(self.times_s.partition_point(|time| *time <= contact_s).saturating_sub(1))
+    }
+}

@@ -1,0 +1,236 @@
+//! Which mechanisms could explain the rest: score tests on what the fit's own coordinates cannot imitate.
+//!
+//! A mechanism's signature s is what it changes in the whitened recordings when it enters with a finite strength. Freed of all that
+//! the coordinates can do, s̃ = P·s with P = 1 − J(JᵀJ)⁻¹Jᵀ, it is compared with the residual r of the fit:
+//!
+//! ```text
+//!   z = s̃ᵀr/‖s̃‖     χ² falls by about z² when it enters, with strength s̃ᵀr/‖s̃‖² times the one tried
+//!   1 − ‖s̃‖²/‖s‖²   the part that re-tuning would absorb
+//! ```
+//!
+//! Source: score (Lagrange multiplier) test, C. R. Rao, Proc. Camb. Phil. Soc. 44 (1948) 50.
+
+use nalgebra::DVector;
+use rayon::prelude::*;
+use thud_sim::mechanism::{Effect, Group, Mechanism, Search};
+
+use super::candidate::Reach;
+use super::fit::{Fit, Normal, Tangent, whiten};
+use super::layout::{Entrant, Layout, Scope};
+use super::predict;
+use super::problem::Problem;
+
+/// A signature of less than this whitened norm cannot be seen.
+const INVISIBLE: f64 = 1e-3;
+/// A signature of which more than this is imitated is taken again at a smaller strength.
+const MOSTLY_ABSORBED: f64 = 0.98;
+/// How much smaller.
+const SMALL_STRENGTH: f64 = 0.05;
+
+/// A mechanism at one start, compared with the rest.
+#[derive(Clone, Debug)]
+pub struct Screened {
+    /// The mechanism with the strength that the score tells, as far as it is possible.
+    pub entrant: Entrant,
+    /// The score, in standard deviations; positive where the mechanism with its possible sign would help.
+    pub z: f64,
+    /// What part of its signature re-tuning absorbs.
+    pub absorbed: f64,
+    /// Norm of the projected signature, at the strength that was tried.
+    pub visible: f64,
+    /// The strength that was tried.
+    pub tried: Effect,
+    /// Which start of its mechanism it is.
+    pub start: usize,
+}
+
+/// Scores of all given mechanisms at all their starts, everywhere and in single configurations.
+#[must_use]
+pub fn screen(
+    problem: &Problem,
+    fit: &Fit,
+    tangent: &Tangent,
+    reach: &Reach,
+    mechanisms: &[&'static Mechanism],
+) -> Vec<Screened> {
+    let Some(normal) = tangent.normal(0.0) else { return Vec::new() };
+    let starts: Vec<(usize, Effect)> =
+        mechanisms.iter().flat_map(|mechanism| reach.starts(mechanism).into_iter().enumerate()).collect();
+    let configurations = problem.configurations.len();
+    let all: Vec<usize> = (0..problem.recordings.len()).collect();
+    // A fit is never quite where it goes to; what is left of its gradient would look like a score of whatever it can imitate.
+    let gradients = fit.gradients(problem, tangent, &all);
+    let projection = Projection { problem, fit, tangent, normal: &normal, gradients: &gradients };
+    starts
+        .par_iter()
+        .map(|(start, effect)| {
+            let mut scopes = vec![Scope::Everywhere];
+            if configurations > 1 {
+                scopes.extend((0..configurations).map(Scope::Configuration));
+            }
+            if effect.mechanism().group == Group::Measuring {
+                scopes.extend((0..problem.recordings.len()).map(Scope::Recording));
+            }
+            let Some((phases, signature)) = turned(problem, fit, effect) else { return Vec::new() };
+            let Some(mut whole) = projection.score(&signature, Scope::Everywhere) else { return Vec::new() };
+            let (mut tried, mut phases, mut signature) = (effect.clone(), phases, signature);
+            // Of a signature that is nearly all imitated a finite strength shows its curvature, not its direction.
+            if whole.absorbed > MOSTLY_ABSORBED
+                && scale_strength(&mut tried, SMALL_STRENGTH)
+                && let Some((smaller_phases, smaller)) = turned(problem, fit, &tried)
+                && let Some(score) = projection.score(&smaller, Scope::Everywhere)
+            {
+                (phases, signature, whole) = (smaller_phases, smaller, score);
+            } else {
+                tried = effect.clone();
+            }
+            scopes
+                .into_iter()
+                .filter_map(|scope| {
+                    let score = if scope == Scope::Everywhere { whole } else { projection.score(&signature, scope)? };
+                    let mut scaled = tried.clone();
+                    let z = if scale_strength(&mut scaled, score.z / score.visible) {
+                        score.z.abs()
+                    } else {
+                        score.z.min(0.0)
+                    };
+                    Some(Screened {
+                        entrant: Entrant { effect: scaled, scope, phases: phases.clone() },
+                        z,
+                        absorbed: score.absorbed,
+                        visible: score.visible,
+                        tried: tried.clone(),
+                        start: *start,
+                    })
+                })
+                .collect()
+        })
+        .collect::<Vec<Vec<Screened>>>()
+        .into_iter()
+        .flatten()
+        .collect()
+}
+
+struct Projection<'a> {
+    problem: &'a Problem,
+    fit: &'a Fit,
+    tangent: &'a Tangent,
+    normal: &'a Normal,
+    gradients: &'a (DVector<f64>, Vec<DVector<f64>>),
+}
+
+#[derive(Clone, Copy)]
+struct Score {
+    z: f64,
+    visible: f64,
+    absorbed: f64,
+}
+
+impl Projection<'_> {
+    /// `None`: nothing of it can be seen there.
+    fn score(&self, signature: &[Vec<f64>], scope: Scope) -> Option<Score> {
+        let recordings = self.problem.recordings.iter().enumerate();
+        let parts: Vec<Vec<f64>> = signature
+            .iter()
+            .zip(recordings)
+            .map(
+                |(values, (number, recording))| {
+                    if scope.includes(number, recording.configuration) { values.clone() } else { Vec::new() }
+                },
+            )
+            .collect();
+        let whole: f64 = parts.iter().flatten().map(|s| s * s).sum();
+        if whole < INVISIBLE * INVISIBLE {
+            return None;
+        }
+        let (global, locals) = self.tangent.transposed(&parts);
+        let imitation = self.normal.solve(&global, &locals);
+        let along = |of: &(DVector<f64>, Vec<DVector<f64>>)| {
+            of.0.dot(&imitation.globals) + of.1.iter().zip(&imitation.locals).map(|(a, b)| a.dot(b)).sum::<f64>()
+        };
+        let imitated = along(&(global, locals));
+        let visible = (whole - imitated).max(0.0).sqrt();
+        if visible < INVISIBLE || visible < 1e-5 * whole.sqrt() {
+            return None;
+        }
+        let score: f64 = parts
+            .iter()
+            .zip(&self.fit.residuals)
+            .flat_map(|(values, residual)| values.iter().zip(residual))
+            .map(|(s, r)| s * r)
+            .sum();
+        Some(Score { z: (score - along(self.gradients)) / visible, visible, absorbed: imitated / whole })
+    }
+}
+
+/// A mechanism's signature with each recording's own phase turned to where it fits the residual best, and those phases (none where
+/// the mechanism has no phase).
+fn turned(problem: &Problem, fit: &Fit, effect: &Effect) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
+    let parameters = effect.mechanism().parameters;
+    let first = signature(problem, fit, &Entrant::everywhere(effect.clone()))?;
+    let Some(place) = parameters.iter().position(thud_sim::mechanism::Parameter::is_of_each_impact) else {
+        return Some((Vec::new(), first));
+    };
+    let mut quarter = effect.clone();
+    quarter.set_value(place, effect.value(place) + std::f64::consts::FRAC_PI_2).ok()?;
+    let second = signature(problem, fit, &Entrant::everywhere(quarter))?;
+    let part = |form: &[f64], residual: &[f64]| {
+        let norm: f64 = form.iter().map(|f| f * f).sum();
+        if norm > 0.0 { form.iter().zip(residual).map(|(f, r)| f * r).sum::<f64>() / norm } else { 0.0 }
+    };
+    let phases: Vec<f64> = first
+        .iter()
+        .zip(&second)
+        .zip(&fit.residuals)
+        .map(|((first, second), residual)| effect.value(place) + part(second, residual).atan2(part(first, residual)))
+        .collect();
+    let entrant = Entrant { phases: phases.clone(), ..Entrant::everywhere(effect.clone()) };
+    Some((phases, signature(problem, fit, &entrant)?))
+}
+
+/// Whitened change of every recording when the mechanism enters, everything else as fitted.
+#[must_use]
+pub fn signature(problem: &Problem, fit: &Fit, entrant: &Entrant) -> Option<Vec<Vec<f64>>> {
+    let mut entrants = fit.layout.entrants.clone();
+    entrants.push(entrant.clone());
+    let layout = Layout::new(problem, entrants);
+    let point = layout.start_from(problem, &fit.layout, &fit.point);
+    (0..problem.recordings.len())
+        .map(|recording| {
+            let impact = predict::strike(problem, &layout, &point, recording).ok()?;
+            let with = predict::read(problem, &layout, &point, recording, &impact, 0.0);
+            let mut change: Vec<f64> =
+                with.iter().zip(&fit.model[recording]).map(|(with, without)| with - without).collect();
+            if change.iter().any(|value| !value.is_finite()) {
+                return None;
+            }
+            whiten(problem, &mut change);
+            Some(change)
+        })
+        .collect()
+}
+
+/// Multiplies the effect's distance from its absence. `false` where that is not possible (the wrong sign).
+fn scale_strength(effect: &mut Effect, times: f64) -> bool {
+    let parameter = &effect.mechanism().parameters[0];
+    if parameter.search != Search::Strength {
+        // Its values are another shape each, not more or less of the same.
+        return times > 0.0;
+    }
+    let value = effect.value(0);
+    let scaled = match parameter.null {
+        // A time constant: half of it is twice the effect.
+        Some(null) if null.is_infinite() => value / times,
+        Some(null) => null + (value - null) * times,
+        None => return times > 0.0,
+    };
+    if parameter.range.0 >= 0.0 && times <= 0.0 {
+        return false;
+    }
+    let (low, high) = parameter.plausible;
+    let (low, high) = (
+        parameter.range.0.max(if low > 0.0 { 0.03 * low } else { f64::NEG_INFINITY }),
+        parameter.range.1.min(if high > 0.0 { 10.0 * high } else { f64::INFINITY }),
+    );
+    effect.set_value(0, scaled.clamp(low, high)).is_ok()
+}

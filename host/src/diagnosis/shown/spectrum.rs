@@ -1,0 +1,85 @@
+//! The spectrum of the rest, before and after, over that of white noise as strong as before contact.
+
+use plotters::prelude::*;
+use plotters::style::text_anchor::HPos;
+
+use super::figure::{FONT, GRID, REST, caption, svg, tick};
+use crate::diagnosis::Diagnosis;
+use crate::diagnosis::fit::Fit;
+use crate::diagnosis::spectrum::periodogram;
+
+/// Points along the frequency, equally spaced in its logarithm.
+const POINTS: usize = 130;
+/// The lowest frequency shown, Hz: a recording of some tenths of a second holds a period of it.
+const LOWEST_HZ: f64 = 4.0;
+/// Mean square of the window that the periodogram tapers with (Hann).
+const WINDOW: f64 = 3.0 / 8.0;
+
+/// The figure; `None` where the recordings are too short for a spectrum.
+pub(super) fn figure(diagnosis: &Diagnosis, shown: &[Vec<f64>]) -> Option<String> {
+    let noise = diagnosis.problem.channels[0].noise.rms().max(f64::MIN_POSITIVE);
+    // What white noise of that strength has: its variance times the sum of the squared window over all samples.
+    let samples: f64 = diagnosis
+        .problem
+        .recordings
+        .iter()
+        .map(|recording| {
+            let first = recording.times_s.partition_point(|time| *time < recording.contact_guess_s);
+            (recording.times_s.len() - first) as f64
+        })
+        .sum();
+    let level = WINDOW * samples * noise * noise;
+    if level <= 0.0 {
+        return None;
+    }
+    let line = |fit: &Fit| -> Vec<(f64, f64)> {
+        let (frequencies, power) = periodogram(&diagnosis.problem, fit);
+        let highest = frequencies.last().copied().unwrap_or(0.0);
+        if highest <= LOWEST_HZ {
+            return Vec::new();
+        }
+        let edge = |number: usize| LOWEST_HZ * (highest / LOWEST_HZ).powf(number as f64 / POINTS as f64);
+        (0..POINTS)
+            .filter_map(|number| {
+                let from = frequencies.partition_point(|f| *f < edge(number));
+                let to = frequencies.partition_point(|f| *f < edge(number + 1));
+                let bins = &power[from..to];
+                let mean = bins.iter().sum::<f64>() / bins.len() as f64 / level;
+                (!bins.is_empty() && mean > 0.0).then(|| ((edge(number) * edge(number + 1)).sqrt(), mean))
+            })
+            .collect()
+    };
+    let with_map = Fit { model: shown.to_vec(), ..diagnosis.selection.best.fit.clone() };
+    let (before, after) = (line(&diagnosis.selection.baseline), line(&with_map));
+    let (first, last) = (before.first()?.0, before.last()?.0);
+    let values = || before.iter().chain(&after).map(|(_, value)| *value);
+    let low = values().fold(0.3, f64::min).max(0.02);
+    let high = values().fold(10.0, f64::max) * 1.5;
+    Some(svg((940, 330), |area| {
+        let mut chart = ChartBuilder::on(area)
+            .margin(8)
+            .margin_right(18)
+            .x_label_area_size(40)
+            .y_label_area_size(62)
+            .build_cartesian_2d((first..last).log_scale(), (low..high).log_scale())?;
+        chart
+            .configure_mesh()
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(GRID)
+            .axis_style(BLACK)
+            .x_labels(8)
+            .y_labels(6)
+            .x_desc("frequency, Hz")
+            .y_desc("power ÷ that of the noise")
+            .x_label_formatter(&|value| tick(*value, *value))
+            .y_label_formatter(&|value| tick(*value, *value))
+            .label_style((FONT, 13))
+            .axis_desc_style((FONT, 14))
+            .draw()?;
+        chart.draw_series(DashedLineSeries::new([(first, 1.0), (last, 1.0)], 2, 4, BLACK.stroke_width(1)))?;
+        chart.draw_series(LineSeries::new(before.clone(), REST.stroke_width(4)))?;
+        chart.draw_series(LineSeries::new(after.clone(), BLACK.stroke_width(1)))?;
+        let (_, y) = chart.backend_coord(&(first, 1.0));
+        caption(area, "noise", (76, y - 18), HPos::Left)
+    }))
+}

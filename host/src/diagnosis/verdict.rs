@@ -1,0 +1,100 @@
+//! From numbers to one of four words.
+//!
+//! | | |
+//! |---|---|
+//! | `consistent` | nothing was needed, and nothing is left |
+//! | `named` | these mechanisms, and nothing significant is left |
+//! | `ambiguous` | at least one of them is known only up to a set |
+//! | `unexplained` | something significant is left that no mechanism of the list explains |
+
+use super::omnibus::Omnibus;
+use super::select::{Selection, WITHIN_REACH};
+
+/// A rest is significant from here, in standard deviations of the omnibus test.
+const SIGNIFICANT: f64 = 6.0;
+/// One recording alone speaks from this p on: beyond what traces of hum and drift do.
+const UNLIKELY: f64 = 1e-8;
+/// And worth a word from this part of what the baseline leaves.
+const WORTH: f64 = 0.05;
+
+/// No rig is quite like an equation: of two that differ by less than this part of what both explain, either may be it.
+const LIKENESS: f64 = 0.015;
+
+/// The verdict.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The simulation holds.
+    Consistent,
+    /// These mechanisms are missing from it.
+    Named,
+    /// Some are known up to a set only.
+    Ambiguous,
+    /// Something is missing that is not in the list.
+    Unexplained,
+}
+
+impl Verdict {
+    /// The contract's word.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Consistent => "consistent",
+            Self::Named => "named",
+            Self::Ambiguous => "ambiguous",
+            Self::Unexplained => "unexplained",
+        }
+    }
+
+    /// Of a selection.
+    #[must_use]
+    pub fn of(selection: &Selection) -> Self {
+        let named = selection.best.fit.layout.entrants.len();
+        if remains(selection) {
+            Self::Unexplained
+        } else if named == 0 {
+            Self::Consistent
+        } else if (0..named).any(|place| !twins(selection, place).is_empty()) {
+            Self::Ambiguous
+        } else {
+            Self::Named
+        }
+    }
+}
+
+/// Whether something significant is left that is worth a word.
+#[must_use]
+pub fn remains(selection: &Selection) -> bool {
+    let together = selection.rest.z() > SIGNIFICANT && rest_share(selection.rest, selection.baseline_rest) > WORTH;
+    let gained = (selection.baseline.cost - selection.best.fit.cost).max(0.0);
+    together || (selection.alone.p_value < UNLIKELY && selection.alone.excess > WORTH * gained)
+}
+
+/// The part of what the baseline leaves that is still left.
+#[must_use]
+pub fn rest_share(rest: Omnibus, baseline: Omnibus) -> f64 {
+    if baseline.excess <= 0.0 { 0.0 } else { (rest.excess / baseline.excess).clamp(0.0, 1.0) }
+}
+
+/// Mechanisms that these recordings cannot tell from the one in this place: id and gap in BIC, nearest first.
+#[must_use]
+pub fn twins(selection: &Selection, place: usize) -> Vec<(&'static str, f64)> {
+    let mut twins: Vec<(&'static str, f64)> = Vec::new();
+    let gained = selection.baseline.cost - selection.best.fit.cost;
+    let alone = selection.best.fit.layout.entrants.len() == 1;
+    let reach = if alone { WITHIN_REACH.max(LIKENESS * gained) } else { WITHIN_REACH };
+    let chosen = &selection.best.fit.layout.entrants[place];
+    for (of, trial) in &selection.rivals {
+        let gap = trial.bic - selection.best.bic;
+        let Some(rival) = trial.fit.layout.entrants.last() else { continue };
+        let id = rival.effect.mechanism().id;
+        let same_size = trial.fit.layout.entrants.len() == selection.best.fit.layout.entrants.len();
+        if *of == place && same_size && gap < reach && id != chosen.effect.mechanism().id {
+            match twins.iter_mut().find(|(known, _)| *known == id) {
+                Some((_, known)) => *known = known.min(gap),
+                None => twins.push((id, gap)),
+            }
+        }
+    }
+    twins.sort_by(|a, b| a.1.total_cmp(&b.1));
+    twins
+}

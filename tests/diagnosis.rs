@@ -1,0 +1,223 @@
+//! The tool from the outside: `diagnose` on simulated campaigns, its model in `simulate` and `evaluate`, and what bad input gets.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+/// A folder of its own, gone at the end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let folder = std::env::temp_dir().join(format!("thud-diagnosis-{}-{name}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&folder);
+        std::fs::create_dir_all(&folder).unwrap();
+        Self(folder)
+    }
+
+    fn read(&self, file: &str) -> String {
+        std::fs::read_to_string(self.0.join(file)).unwrap_or_else(|error| panic!("{file}: {error}"))
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn thud(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_thud")).current_dir(folder).args(arguments).output().unwrap()
+}
+
+fn succeeds(folder: &Folder, arguments: &[&str]) -> String {
+    let output = thud(&folder.0, arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// What it says when it refuses, without the frame and the line breaks of the terminal.
+fn refuses(folder: &Folder, arguments: &[&str]) -> String {
+    let output = thud(&folder.0, arguments);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+    let words = String::from_utf8(output.stderr).unwrap();
+    words.replace(['│', '×', '╭', '╰', '─'], " ").split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// Six recordings at 2 kHz of a rig with a pad, and what else is asked for.
+fn campaign(folder: &Folder, name: &str, more: &[&str]) {
+    let mut arguments = vec!["simulate", "--speeds", "0.1,0.2,0.3", "--masses", "4,8", "--repeats", "1"];
+    arguments.extend(["--sample-rate", "2000", "--after", "0.2", "--out", name]);
+    arguments.extend(more);
+    succeeds(folder, &arguments);
+}
+
+const RIG: [&str; 4] = ["--body-stiffness", "25000", "--pad", "80000"];
+const DAMPED: &str = "hunt-crossley-damping:alpha_s_per_m=0.3";
+/// Few mechanisms are enough for the form of an answer, and quick.
+const FEW: [&str; 6] = ["--only", "hunt-crossley-damping", "--only", "guide-friction", "--only", "clipping"];
+
+fn keys(value: &Value) -> BTreeSet<&str> {
+    value.as_object().unwrap_or_else(|| panic!("no object: {value}")).keys().map(String::as_str).collect()
+}
+
+fn has_keys(value: &Value, expected: &[&str]) {
+    assert_eq!(keys(value), expected.iter().copied().collect(), "{value}");
+}
+
+fn number(value: &Value, key: &str) -> f64 {
+    value[key].as_f64().unwrap_or_else(|| panic!("{key} in {value}"))
+}
+
+fn parameters_are(list: &Value) {
+    for parameter in list.as_array().unwrap() {
+        has_keys(parameter, &["name", "unit", "value", "low", "high"]);
+        let value = number(parameter, "value");
+        assert!(number(parameter, "low") <= value && value <= number(parameter, "high"), "{parameter}");
+    }
+}
+
+#[test]
+fn an_answer_has_the_contracts_form_and_the_model_lives_on() {
+    let folder = Folder::new("answer");
+    let mut damped: Vec<&str> = RIG.into();
+    damped.extend(["--mechanism", DAMPED, "--seed", "4"]);
+    campaign(&folder, "damped", &damped);
+    let mut arguments = vec!["diagnose", "damped", "--json", "-", "--report", "page.html", "--model", "better.toml"];
+    arguments.extend(FEW);
+    let text = succeeds(&folder, &arguments);
+    assert_eq!(succeeds(&folder, &arguments), text, "the same input gives the same bytes");
+
+    let answer: Value = serde_json::from_str(&text).unwrap();
+    has_keys(
+        &answer,
+        &["format", "verdict", "baseline", "where", "mechanisms", "model", "rejected", "unexplained", "advice"],
+    );
+    assert_eq!(answer["format"], "thud-diagnosis/1");
+    assert_eq!(answer["verdict"], "named", "{answer}");
+    has_keys(&answer["baseline"], &["nominal_rmse", "retuned_rmse", "held_out_rmse", "noise_rms", "parameters"]);
+    parameters_are(&answer["baseline"]["parameters"]);
+    assert_eq!(answer["baseline"]["parameters"].as_array().unwrap().len(), 2 + 2, "body, pad, two masses");
+    for place in answer["where"].as_array().unwrap() {
+        has_keys(
+            place,
+            &["phase", "time_from_contact_s", "frequency_Hz", "recordings", "depends_on", "share", "p_value"],
+        );
+    }
+    let named = &answer["mechanisms"][0];
+    has_keys(named, &["id", "parameters", "held_out_gain", "indistinguishable_from", "because"]);
+    assert_eq!(named["id"], "hunt-crossley-damping");
+    parameters_are(&named["parameters"]);
+    // Wide: it is known as well as the pad's stiffness is, whose rate it acts on.
+    let alpha = &named["parameters"][0];
+    assert!(number(alpha, "low") < 0.3 && number(alpha, "high") > 0.3, "{named}");
+    has_keys(&answer["model"], &["rmse", "held_out_rmse", "noise_ratio", "residual_is_white"]);
+    has_keys(&answer["unexplained"], &["share", "depends_on", "form", "held_out_rmse"]);
+    let rejected: Vec<&str> =
+        answer["rejected"].as_array().unwrap().iter().map(|rejected| rejected["id"].as_str().unwrap()).collect();
+    assert_eq!(rejected.iter().copied().collect::<BTreeSet<_>>(), ["clipping", "guide-friction"].into());
+    assert_eq!(rejected.len(), 2, "one line each");
+    answer["rejected"].as_array().unwrap().iter().for_each(|rejected| has_keys(rejected, &["id", "because"]));
+    assert!(number(&answer["model"], "held_out_rmse") < number(&answer["baseline"], "held_out_rmse"));
+    assert!(folder.read("page.html").contains("hunt-crossley-damping"));
+
+    // What was found is in the simulation from then on, and still holds on recordings that it makes.
+    campaign(&folder, "next", &["--model", "better.toml", "--seed", "9"]);
+    let text = succeeds(&folder, &["evaluate", "better.toml", "next", "--json", "-"]);
+    let evaluation: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(evaluation["format"], "thud-evaluation/1");
+    assert_eq!(evaluation["verdict"], "holds", "{evaluation}");
+    assert!(number(&evaluation, "noise_ratio") < 1.1, "{evaluation}");
+    assert!(number(&evaluation, "rmse") > 0.0);
+    let recordings = evaluation["recordings"].as_array().unwrap();
+    assert_eq!(recordings.len(), 6);
+    for recording in recordings {
+        assert!(["file", "rmse", "noise_ratio"].iter().all(|key| keys(recording).contains(key)), "{recording}");
+        // Quiet of 0.15 to 0.165 s precedes the contact.
+        assert!((0.149..0.166).contains(&number(recording, "contact_s")), "{recording}");
+    }
+
+    // Without the damping, on the damped recordings, it does not.
+    let bare = folder.read("better.toml");
+    let bare = &bare[..bare.find("[[mechanism]]").unwrap()];
+    std::fs::write(folder.0.join("bare.toml"), bare).unwrap();
+    let text = succeeds(&folder, &["evaluate", "bare.toml", "damped", "--json", "-"]);
+    let evaluation: Value = serde_json::from_str(&text).unwrap();
+    assert_ne!(evaluation["verdict"], "holds", "{evaluation}");
+    assert!(number(&evaluation, "noise_ratio") > 1.02, "{evaluation}");
+}
+
+#[test]
+fn a_rig_that_hides_nothing_is_consistent_in_a_screenful() {
+    let folder = Folder::new("nothing");
+    campaign(&folder, "plain", &[&RIG[..], &["--seed", "8"]].concat());
+    let mut arguments = vec!["diagnose", "plain"];
+    arguments.extend(FEW);
+    let text = succeeds(&folder, &arguments);
+    assert!(text.contains("The simulation holds"), "{text}");
+    assert!(text.lines().count() <= 40 && text.lines().all(|line| line.chars().count() <= 100), "{text}");
+    // A stiffer spring is no new physics, but no longer this model.
+    std::fs::write(
+        folder.0.join("soft.toml"),
+        "format = \"thud-model/1\"\nname = \"soft\"\n[rig]\nkind = \"impact\"\n\
+         body_stiffness_N_per_m = { value = 15000.0, sd = 30.0 }\n\
+         pad_stiffness_N_per_m = { value = 80000.0, sd = 20000.0 }\n",
+    )
+    .unwrap();
+    let text = succeeds(&folder, &["evaluate", "soft.toml", "plain", "--json", "-"]);
+    let evaluation: Value = serde_json::from_str(&text).unwrap();
+    assert_ne!(evaluation["verdict"], "holds", "{evaluation}");
+}
+
+#[test]
+fn what_cannot_be_used_is_refused_with_a_sentence() {
+    let folder = Folder::new("refused");
+    campaign(&folder, "plain", &RIG);
+    for option in ["--without", "--only"] {
+        let words = refuses(&folder, &["diagnose", "plain", option, "rust"]);
+        assert!(words.contains("no mechanism is called `rust`") && words.contains("thud mechanisms"), "{words}");
+    }
+    assert!(refuses(&folder, &["mechanisms", "rust"]).contains("no mechanism is called `rust`"));
+    assert!(refuses(&folder, &["diagnose", "nowhere"]).contains("give the path of an existing file"));
+
+    let toml = folder.read("plain/campaign.toml");
+    std::fs::write(folder.0.join("plain/campaign.toml"), toml.replacen("sd = ", "sd = -", 1)).unwrap();
+    let words = refuses(&folder, &["diagnose", "plain"]);
+    assert!(words.contains("campaign.toml") && words.contains("one standard deviation"), "{words}");
+
+    // Nothing in any recording rises above its noise.
+    std::fs::write(folder.0.join("plain/campaign.toml"), &toml).unwrap();
+    for number in 1..=6 {
+        let path = folder.0.join(format!("plain/recordings/{number:03}.csv"));
+        let quiet: String = (0..400)
+            .fold("time_s,force_N\n".to_owned(), |text, n| text + &format!("{},{}\n", f64::from(n) * 5e-4, n % 2));
+        std::fs::write(path, quiet).unwrap();
+    }
+    let words = refuses(&folder, &["diagnose", "plain"]);
+    assert!(words.contains("rises above its noise"), "{words}");
+
+    // A model of another experiment.
+    let model = "format = \"thud-model/1\"\nname = \"fall\"\n[rig]\nkind = \"fall\"\n";
+    std::fs::write(folder.0.join("fall.toml"), model).unwrap();
+    let words = refuses(&folder, &["evaluate", "fall.toml", "plain"]);
+    assert!(words.contains("\"fall\"") && words.contains("\"impact\""), "{words}");
+}
+
+#[test]
+fn every_mechanism_can_be_looked_up() {
+    let folder = Folder::new("mechanisms");
+    let list: Value = serde_json::from_str(&succeeds(&folder, &["mechanisms", "--json", "-"])).unwrap();
+    let table = succeeds(&folder, &["mechanisms"]);
+    assert!(list.as_array().unwrap().len() >= 26);
+    for mechanism in list.as_array().unwrap() {
+        let id = mechanism["id"].as_str().unwrap();
+        assert!(table.contains(id), "{id}");
+    }
+    let one = succeeds(&folder, &["mechanisms", "piezo-discharge"]);
+    for word in ["time_constant", "confused with", "separated by", "source", "thud simulate --mechanism"] {
+        assert!(one.contains(word), "{word}: {one}");
+    }
+    assert!(one.lines().all(|line| line.chars().count() <= 110), "{one}");
+}
