@@ -33,6 +33,8 @@ mod least_squares;
 mod peak;
 mod rests;
 mod ring;
+mod stretch;
+mod two_bodies;
 mod verdict_filter;
 
 /// Most contacts of one impact that become events. Further ones are not lost for the judgement (the blow's transient

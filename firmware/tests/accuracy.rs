@@ -38,14 +38,17 @@ fn contact_peak_impulse_and_alarm_are_within_their_bounds() {
     }
 }
 
-/// A moving piece rings at 170 to 600 Hz. The arc does not know it; the stretch that is fitted must get out of its way.
+/// A mount rings at 170 to 600 Hz and, other than behind a struck piece, with the contact's own rise. Neither the arc nor the two
+/// bodies know such a ring: the stretch that is fitted must get out of its way.
 #[test]
-fn a_ringing_piece_biases_the_contact_instant_little() {
-    for hertz in [170.0, 300.0, 600.0] {
-        for hit in [Hit { v: 0.15, k: 25e3, m: 6.0 }, Hit { v: 0.6, k: 75e3, m: 6.0 }] {
-            let errors = trials(hit, Some((0.05, hertz)));
-            let mean = errors.iter().map(|e| e.contact).sum::<f64>() / TRIALS as f64;
-            assert!(mean.abs() < 80e-6, "{hertz} Hz, {hit:?}: {mean:e} s");
+fn a_ring_that_rises_with_the_contact_biases_the_instant_little() {
+    for share in [0.02, 0.05, 0.1] {
+        for hertz in [170.0, 300.0, 600.0] {
+            for hit in [Hit { v: 0.15, k: 25e3, m: 6.0 }, Hit { v: 0.6, k: 75e3, m: 6.0 }] {
+                let errors = trials(hit, Some((share, hertz)));
+                let mean = errors.iter().map(|e| e.contact).sum::<f64>() / TRIALS as f64;
+                assert!(mean.abs() < 80e-6, "{share} of the peak, {hertz} Hz, {hit:?}: {mean:e} s");
+            }
         }
     }
 }

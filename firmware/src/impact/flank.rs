@@ -18,10 +18,10 @@
 //!
 //! The end of a contact is the same flank, read backward.
 //!
-//! **A moving piece.** The instant is that of the force at the cell. A piece of mass m between the robot and the springs passes the
+//! **A moving piece.** The instant is that of the first touch. A piece of mass m between the robot and the springs passes the
 //! force on as s·(u − sin(Ωu)/Ω), Ω² = (k_pad + k)/m, so that an arc on a short stretch reads about 1/Ω too late (0.2 ms for 0.05 to
-//! 0.1 kg behind a hard pad, 0.5 to 2 ms for more behind a softer one). So [`ring`] is tried at each begin, and where the ring is
-//! seen, its instant is taken.
+//! 0.1 kg behind a hard pad, 0.5 to 2 ms for more behind a softer one). So [`ring`] is tried at each begin that is no arc up to the
+//! peak, and where robot and piece explain the force better, their instant is taken.
 //!
 //! **What it cannot know.** Where the guide holds the piece, the cell feels nothing until the friction is overcome.
 
@@ -143,11 +143,13 @@ impl Flank {
         // An arc that fits all the way to the peak leaves nothing to explain.
         let plain = self.fit(force, arc, self.to_peak.max(SHORTEST as f32).min(whole));
         let plain = plain.is_some_and(|fitted| fitted.misfit <= Self::allowed_misfit(fitted.points));
+        // A force that begins slowly misleads either one outward, into the quiet, where nothing leads back.
+        let later = if first.begin > arc.begin { Arc { curvature, ..first } } else { arc };
         if self.direction == Direction::Begin
             && !plain
-            && let Some(fitted) = ring::find(self, force, arc)
+            && let Some(fitted) = ring::find(self, force, later)
         {
-            let position = self.inside as f32 + fitted.ringing.arc.begin;
+            let position = self.inside as f32 + fitted.touch.begin;
             return Instant { position, deviation: fitted.deviation };
         }
         match best {

@@ -48,6 +48,13 @@ impl<'a, C: Curve> Force<'a, C> {
         }
     }
 
+    /// The force in a curve of the default chain, with this taken off.
+    #[cfg(test)]
+    pub fn bare(curve: &'a C, baseline: &'a Baseline) -> Self {
+        let calibration = Calibration::new(&crate::configuration::Configuration::DEFAULT.chain);
+        Self { curve, calibration, baseline, shift: 0.0, base: 0.0, turns: [(1.0, 0.0); TONES], len: curve.len() }
+    }
+
     /// The same force, counted from a rest, N.
     pub fn above(&self, base: f32) -> Self {
         Self { base, ..*self }
