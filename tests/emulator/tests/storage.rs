@@ -23,7 +23,7 @@ fn power_cycle(lab: &mut Lab) {
 fn a_configuration_is_kept_without_power() {
     let mut lab = Lab::new(ChainSettings::quiet());
     lab.run_ms(200);
-    let configured = lab.client.configure(NODE, &stiffness(75_000.0)).unwrap();
+    let configured = lab.client.configure(NODE, &stiffness(75_000.0), None).unwrap();
     assert!(configured.stored);
     power_cycle(&mut lab);
     let status = lab.status();
@@ -40,7 +40,7 @@ fn storing_a_hundred_times_erases_pages_and_loses_no_sample() {
     let mut lab = Lab::new(ChainSettings::quiet());
     lab.run_ms(200);
     for number in 0..100 {
-        let configured = lab.client.configure(NODE, &stiffness(20_000.0 + number as f32)).unwrap();
+        let configured = lab.client.configure(NODE, &stiffness(20_000.0 + number as f32), None).unwrap();
         assert!(configured.stored, "configuration {number}");
     }
     let wear = lab.emulator().chip().flash.wear();
@@ -55,9 +55,9 @@ fn storing_a_hundred_times_erases_pages_and_loses_no_sample() {
 fn a_power_cut_in_any_flash_operation_leaves_the_old_or_the_new() {
     let mut lab = Lab::new(ChainSettings::quiet());
     lab.run_ms(200);
-    assert!(lab.client.configure(NODE, &stiffness(30_000.0)).unwrap().stored);
+    assert!(lab.client.configure(NODE, &stiffness(30_000.0), None).unwrap().stored);
     let before = lab.emulator().chip().flash.wear();
-    assert!(lab.client.configure(NODE, &stiffness(31_000.0)).unwrap().stored);
+    assert!(lab.client.configure(NODE, &stiffness(31_000.0), None).unwrap().stored);
     let after = lab.emulator().chip().flash.wear();
     let operations = (after.programmed - before.programmed + after.erased - before.erased) as u32;
     assert!((5..200).contains(&operations), "{operations}");
@@ -67,7 +67,7 @@ fn a_power_cut_in_any_flash_operation_leaves_the_old_or_the_new() {
         let new = 40_000.0 + 10.0 * operation as f32;
         lab.emulator_mut().chip_mut().flash.cut_power_after(operation);
         // The answer may come before the power goes, or never.
-        let _ = lab.client.configure(NODE, &stiffness(new));
+        let _ = lab.client.configure(NODE, &stiffness(new), None);
         lab.run_ms(100);
         assert!(!lab.emulator().is_powered(), "the power did not go in operation {operation}");
         torn = torn.max(lab.emulator().chip().flash.bank_2.torn());
@@ -80,6 +80,6 @@ fn a_power_cut_in_any_flash_operation_leaves_the_old_or_the_new() {
         old = now;
     }
     assert!(torn > 0, "words were torn, and reading them is an NMI");
-    assert!(lab.client.configure(NODE, &stiffness(12_345.0)).unwrap().stored);
+    assert!(lab.client.configure(NODE, &stiffness(12_345.0), None).unwrap().stored);
     lab.expect_order(1 + operations as usize);
 }
