@@ -1,7 +1,7 @@
 //! The bodies in motion: link, tip, piece and frame, stepped by position Verlet with implicit dampers.
 //!
 //! ```text
-//!  x½ = x + h/2·v          (M + h/2·C)·v' = (M − h/2·C)·v + h·F(x½)          x' = x½ + h/2·v'
+//!  x½ = x + h/2·v          (M + h·C)·v' = M·v + h·F(x½)          x' = x½ + h/2·v'
 //! ```
 //!
 //! C couples neighbours only, so the middle line is a tridiagonal system of four. Steps are a few microseconds and never
@@ -94,9 +94,9 @@ fn fall(world: &World, sampling: &Sampling) -> Trace {
     Trace { readings, peak_s: end, separation_s: end, peak_n: 0.0, stroke_m: 0.0 }
 }
 
-/// Solves the tridiagonal system with dampers between neighbours; `to_ground` damps the last body.
-fn shared_speeds(mass: &[f64; 4], half_dampers: &[f64; 4], rhs: &[f64; 4]) -> [f64; 4] {
-    let d = half_dampers;
+/// Solves the tridiagonal system with dampers (times the step) between neighbours; the last one is to the ground.
+fn shared_speeds(mass: &[f64; 4], dampers: &[f64; 4], rhs: &[f64; 4]) -> [f64; 4] {
+    let d = dampers;
     let mut diagonal = [mass[0] + d[0], mass[1] + d[0] + d[1], mass[2] + d[1] + d[2], mass[3] + d[2] + d[3]];
     let mut right = *rhs;
     for row in 1..4 {
@@ -302,17 +302,10 @@ fn collide(world: &World, sampling: &Sampling) -> Trace {
             }
 
             // Speeds, then the other half of the way.
-            let mut rhs = [0.0; 4];
-            let mut half = [0.0; 4];
-            for row in 0..4 {
-                half[row] = 0.5 * h * damper[row];
-            }
-            for row in 0..4 {
-                let above = if row > 0 { half[row - 1] * (v[row] - v[row - 1]) } else { 0.0 };
-                let below = half[row] * (v[row] - if row < 3 { v[row + 1] } else { 0.0 });
-                rhs[row] = mass[row] * v[row] - above - below + h * force[row];
-            }
-            v = shared_speeds(&mass, &half, &rhs);
+            // The dampers act with the new speeds: a light piece behind a dashpot would never settle under their mean.
+            let damping = damper.map(|damper| h * damper);
+            let impulse = std::array::from_fn(|row| mass[row] * v[row] + h * force[row]);
+            v = shared_speeds(&mass, &damping, &impulse);
             for (x, v) in x.iter_mut().zip(&v) {
                 *x += 0.5 * h * v;
             }
