@@ -37,7 +37,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (0.1, 0.98),
             typical: 0.75,
             scale: Scale::Linear,
-            search: Search::Typical,
+            search: Search::Plausible,
         },
     ],
     signature: "a soft foot of the force that ends with a knee at one stroke, at the begin and at the end of every pulse",

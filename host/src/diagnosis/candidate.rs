@@ -8,7 +8,10 @@ use thud_sim::mechanism::{Effect, Mechanism, Scale, Search};
 use super::problem::Problem;
 
 /// The most starts of a mechanism.
-const MOST_STARTS: usize = 24;
+const MOST_STARTS: usize = 48;
+
+/// Strengths that are tried, at equal ratios over the likely ones.
+const STRENGTHS: usize = 3;
 
 /// The part of the likely values that a strength of either sign is tried with.
 const SMALL_PART: f64 = 0.03;
@@ -117,10 +120,10 @@ impl Reach {
         match parameter.search {
             Search::Held | Search::EachImpact | Search::Typical => Vec::new(),
             Search::OneOf(values) | Search::Whole(values) => values.to_vec(),
-            // A finite strength that is neither lost in rounding nor another regime: a sixth up its likely values on a scale of ratios,
-            // and on one of differences, where it may have either sign, little.
+            // Finite strengths over all that is likely: what a mechanism shows need not be in proportion. On a scale of differences,
+            // where it may have either sign, it mostly is: a little of it.
             Search::Strength if parameter.scale == Scale::Linear => vec![SMALL_PART * high.abs().max(low.abs())],
-            Search::Strength => vec![spaced(3, low, high)[0]],
+            Search::Strength => spaced(STRENGTHS, low, high),
             Search::Plausible => spaced(if parameter.scale == Scale::Linear { 2 } else { 4 }, low, high),
             Search::OfStroke => parts(&self.strokes_m, &[0.1, 0.3, 0.5, 0.7, 0.85, 0.95]),
             Search::OfDepth => parts(&self.depths_m, &[1.1, 1.6, 3.0]),

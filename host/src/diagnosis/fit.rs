@@ -331,21 +331,17 @@ impl Fit {
             };
             let step = normal.solve(&gradient, &local_gradients);
             let mut moved = self.point.clone();
-            let advance = |value: &mut f64, coordinate: &super::layout::Coordinate, by: f64| {
-                let by = by.clamp(-coordinate.stride, coordinate.stride);
-                *value = (*value + by).clamp(coordinate.range.0, coordinate.range.1);
-            };
             if effort.globals {
                 for (place, coordinate) in self.layout.globals.iter().enumerate() {
-                    advance(&mut moved.globals[place], coordinate, step.globals[place]);
+                    moved.globals[place] = coordinate.moved(moved.globals[place], step.globals[place]);
                 }
             }
             for (number, recording) in part.iter().enumerate() {
                 for (place, coordinate) in self.layout.locals.iter().enumerate() {
-                    if !effort.nuisances && coordinate.prior.is_some() {
-                        continue;
+                    if effort.nuisances || coordinate.prior.is_none() {
+                        let value = &mut moved.locals[*recording][place];
+                        *value = coordinate.moved(*value, step.locals[number][place]);
                     }
-                    advance(&mut moved.locals[*recording][place], coordinate, step.locals[number][place]);
                 }
             }
             if let Some(fit) = Self::at(problem, self.layout.clone(), moved, part)

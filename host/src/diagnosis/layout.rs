@@ -8,8 +8,10 @@
 //! Global coordinates are shared by all recordings, local ones belong to one. What the experimenter believes is a prior with its
 //! stated deviation; contact instant and offset are free.
 
+use nalgebra::DVector;
 use thud_sim::mechanism::{Effect, Mechanism, Parameter, Scale};
 
+use super::fit::Imitation;
 use super::problem::Problem;
 
 /// Uncertainties below this are no freedom at all, relative.
@@ -104,6 +106,14 @@ pub struct Coordinate {
     pub stride: f64,
     /// Bounds.
     pub range: (f64, f64),
+}
+
+impl Coordinate {
+    /// Where it comes to from a value by a step: at most its stride, and not out of its range.
+    #[must_use]
+    pub fn moved(&self, value: f64, by: f64) -> f64 {
+        (value + by.clamp(-self.stride, self.stride)).clamp(self.range.0, self.range.1)
+    }
 }
 
 /// All coordinates of a fit.
@@ -270,6 +280,19 @@ impl Layout {
             }
         }
         start
+    }
+
+    /// A point from which every coordinate has gone so many times a step, at most its stride and not out of its range.
+    #[must_use]
+    pub fn moved(&self, from: &Point, step: &Imitation, times: f64) -> Point {
+        let go = |coordinates: &[Coordinate], values: &[f64], step: &DVector<f64>| -> Vec<f64> {
+            let go = |((coordinate, value), by): ((&Coordinate, &f64), &f64)| coordinate.moved(*value, times * by);
+            coordinates.iter().zip(values).zip(step.iter()).map(go).collect()
+        };
+        Point {
+            globals: go(&self.globals, &from.globals, &step.globals),
+            locals: from.locals.iter().zip(&step.locals).map(|(local, step)| go(&self.locals, local, step)).collect(),
+        }
     }
 
     /// Deviation of the prior of a local coordinate in one recording: speeds have their own each.

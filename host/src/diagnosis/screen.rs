@@ -4,9 +4,13 @@
 //! the coordinates can do, s̃ = P·s with P = 1 − J(JᵀJ)⁻¹Jᵀ, it is compared with the residual r of the fit:
 //!
 //! ```text
-//!   z = s̃ᵀr/‖s̃‖     χ² falls by about z² when it enters, with strength s̃ᵀr/‖s̃‖² times the one tried
+//!   z = s̃ᵀr/‖s̃‖     χ² falls by about z² when it enters, with strength a = z/‖s̃‖ times the one tried
 //!   1 − ‖s̃‖²/‖s‖²   the part that re-tuning would absorb
 //! ```
+//!
+//! That line is trusted a few times up and down from the strength that was tried; where a must stay within such bounds, χ² falls by
+//! 2·a·z·‖s̃‖ − a²·‖s̃‖² only, and the score is the root of that. Of a mechanism that cannot be scaled (its first value is a place, not
+//! a strength) a is 1.
 //!
 //! Source: score (Lagrange multiplier) test, C. R. Rao, Proc. Camb. Phil. Soc. 44 (1948) 50.
 
@@ -15,8 +19,8 @@ use rayon::prelude::*;
 use thud_sim::mechanism::{Effect, Group, Mechanism, Search};
 
 use super::candidate::Reach;
-use super::fit::{Fit, Normal, Tangent, whiten};
-use super::layout::{Entrant, Layout, Scope};
+use super::fit::{Fit, Imitation, Normal, Tangent, whiten};
+use super::layout::{Entrant, Layout, Point, Scope};
 use super::predict;
 use super::problem::Problem;
 
@@ -26,6 +30,8 @@ const INVISIBLE: f64 = 1e-3;
 const MOSTLY_ABSORBED: f64 = 0.98;
 /// How much smaller.
 const SMALL_STRENGTH: f64 = 0.05;
+/// How many times the strength that was tried a signature is believed to grow in proportion.
+const LONGEST_WAY: f64 = 10.0;
 
 /// A mechanism at one start, compared with the rest.
 #[derive(Clone, Debug)]
@@ -40,6 +46,8 @@ pub struct Screened {
     pub visible: f64,
     /// The strength that was tried.
     pub tried: Effect,
+    /// Where the coordinates of the fit go when it enters, to first order: they need no longer imitate it.
+    pub beside: Point,
     /// Which start of its mechanism it is.
     pub start: usize,
 }
@@ -76,7 +84,7 @@ pub fn screen(
             let (mut tried, mut phases, mut signature) = (effect.clone(), phases, signature);
             // Of a signature that is nearly all imitated a finite strength shows its curvature, not its direction.
             if whole.absorbed > MOSTLY_ABSORBED
-                && scale_strength(&mut tried, SMALL_STRENGTH)
+                && scale_strength(&mut tried, SMALL_STRENGTH).is_some()
                 && let Some((smaller_phases, smaller)) = turned(problem, fit, &tried)
                 && let Some(score) = projection.score(&smaller, Scope::Everywhere)
             {
@@ -87,12 +95,12 @@ pub fn screen(
             scopes
                 .into_iter()
                 .filter_map(|scope| {
-                    let score = if scope == Scope::Everywhere { whole } else { projection.score(&signature, scope)? };
+                    let score = if scope == Scope::Everywhere { whole.clone() } else { projection.score(&signature, scope)? };
                     let mut scaled = tried.clone();
-                    let z = if scale_strength(&mut scaled, score.z / score.visible) {
-                        score.z.abs()
-                    } else {
-                        score.z.min(0.0)
+                    let wanted = (score.z / score.visible).clamp(-LONGEST_WAY, LONGEST_WAY);
+                    let (z, times) = match scale_strength(&mut scaled, wanted) {
+                        Some(times) => (score.gain(times).max(0.0).sqrt(), times),
+                        None => (score.z.min(0.0), 0.0),
                     };
                     Some(Screened {
                         entrant: Entrant { effect: scaled, scope, phases: phases.clone() },
@@ -100,6 +108,7 @@ pub fn screen(
                         absorbed: score.absorbed,
                         visible: score.visible,
                         tried: tried.clone(),
+                        beside: fit.layout.moved(&fit.point, &score.imitation, -times),
                         start: *start,
                     })
                 })
@@ -119,11 +128,19 @@ struct Projection<'a> {
     gradients: &'a (DVector<f64>, Vec<DVector<f64>>),
 }
 
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 struct Score {
     z: f64,
     visible: f64,
     absorbed: f64,
+    imitation: Imitation,
+}
+
+impl Score {
+    /// By how much χ² falls when the signature enters so many times as strong as it was tried.
+    fn gain(&self, times: f64) -> f64 {
+        times * self.visible * (2.0 * self.z - times * self.visible)
+    }
 }
 
 impl Projection<'_> {
@@ -159,7 +176,8 @@ impl Projection<'_> {
             .flat_map(|(values, residual)| values.iter().zip(residual))
             .map(|(s, r)| s * r)
             .sum();
-        Some(Score { z: (score - along(self.gradients)) / visible, visible, absorbed: imitated / whole })
+        let z = (score - along(self.gradients)) / visible;
+        Some(Score { z, visible, absorbed: imitated / whole, imitation })
     }
 }
 
@@ -210,27 +228,30 @@ pub fn signature(problem: &Problem, fit: &Fit, entrant: &Entrant) -> Option<Vec<
         .collect()
 }
 
-/// Multiplies the effect's distance from its absence. `false` where that is not possible (the wrong sign).
-fn scale_strength(effect: &mut Effect, times: f64) -> bool {
+/// Multiplies the effect's distance from its absence, as far as it is possible and not beyond anything likely, and says how many
+/// times it became. `None` where that is not possible (the wrong sign).
+pub fn scale_strength(effect: &mut Effect, times: f64) -> Option<f64> {
     let parameter = &effect.mechanism().parameters[0];
     if parameter.search != Search::Strength {
         // Its values are another shape each, not more or less of the same.
-        return times > 0.0;
+        return (times > 0.0).then_some(1.0);
     }
     let value = effect.value(0);
-    let scaled = match parameter.null {
-        // A time constant: half of it is twice the effect.
-        Some(null) if null.is_infinite() => value / times,
-        Some(null) => null + (value - null) * times,
-        None => return times > 0.0,
-    };
-    if parameter.range.0 >= 0.0 && times <= 0.0 {
-        return false;
-    }
     let (low, high) = parameter.plausible;
     let (low, high) = (
         parameter.range.0.max(if low > 0.0 { 0.03 * low } else { f64::NEG_INFINITY }),
         parameter.range.1.min(if high > 0.0 { 10.0 * high } else { f64::INFINITY }),
     );
-    effect.set_value(0, scaled.clamp(low, high)).is_ok()
+    if parameter.range.0 >= 0.0 && times <= 0.0 {
+        return None;
+    }
+    let (scaled, became): (f64, fn(f64, f64, f64) -> f64) = match parameter.null {
+        // A time constant: half of it is twice the effect.
+        Some(null) if null.is_infinite() => (value / times, |before, after, _| before / after),
+        Some(null) => (null + (value - null) * times, |before, after, null| (after - null) / (before - null)),
+        None => return Some(1.0),
+    };
+    let scaled = scaled.clamp(low, high);
+    effect.set_value(0, scaled).ok()?;
+    Some(became(value, scaled, parameter.null.unwrap_or(0.0)))
 }

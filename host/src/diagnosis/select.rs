@@ -16,7 +16,7 @@ use super::layout::{Entrant, Layout, Role, Scope};
 use super::locate::{Alone, alone};
 use super::omnibus::{Omnibus, omnibus};
 use super::problem::Problem;
-use super::screen::{Screened, screen};
+use super::screen::{Screened, scale_strength, screen};
 
 /// Fall of BIC that the first mechanism must bring: with its parameter's ln N a fall of χ² of about 5.5².
 const ENOUGH: f64 = 20.0;
@@ -34,6 +34,9 @@ const FINISHED: usize = 4;
 const STRAINED: f64 = 3.5;
 /// A signature of which more than this is imitated by re-tuning is mere re-tuning.
 const MERE_TUNING: f64 = 0.995;
+/// How often a start that makes everything worse is taken back, and to which part of it.
+const SHORTER_STARTS: usize = 5;
+const SHORTER: f64 = 0.3;
 /// A score below this is not refitted.
 const LEAST_SCORE: f64 = 3.5;
 
@@ -260,30 +263,31 @@ fn refit(problem: &Problem, base: &Fit, scores: &[Screened], part: Part<'_>) -> 
         }
         chosen.push(score);
     }
-    let mut brief: Vec<Trial> = chosen
+    let mut brief: Vec<(Trial, f64)> = chosen
         .par_iter()
         .filter_map(|score| {
-            let mut entrants = base.layout.entrants.clone();
-            entrants.push(score.entrant.clone());
-            let layout = Layout::new(problem, entrants);
-            let start = layout.start_from(problem, &base.layout, &base.point);
-            Fit::run(problem, layout, start, part, Effort::BRIEF).map(|fit| Trial::new(problem, fit))
+            let begun = begin(problem, base, score, part)?;
+            let fit = Fit::run(problem, begun.layout, begun.point, part, Effort::BRIEF)?;
+            Some((Trial::new(problem, fit), score.z * score.z))
         })
         .collect();
-    brief.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+    brief.sort_by(|a, b| a.0.bic.total_cmp(&b.0.bic));
     let mut seen: Vec<(String, Scope)> = Vec::new();
-    brief.retain(|trial| {
+    brief.retain(|(trial, _)| {
         let Some(last) = trial.fit.layout.entrants.last() else { return false };
         let key = (last.effect.mechanism().id.to_owned(), last.scope);
         let new = !seen.contains(&key);
         seen.push(key);
         new
     });
+    // Who leads after a few iterations goes on, and so does who has not yet come as far as the best and was promised to.
+    let gained = |trial: &Trial| base.cost - trial.fit.cost;
+    let most = brief.first().map_or(0.0, |(trial, _)| gained(trial));
     let mut trials: Vec<Trial> = brief
         .into_par_iter()
         .enumerate()
-        .filter_map(|(rank, trial)| {
-            if rank >= FINISHED {
+        .filter_map(|(rank, (trial, promised))| {
+            if rank >= FINISHED && promised < most {
                 return Some(trial);
             }
             let fit = Fit::run(problem, trial.fit.layout.clone(), trial.fit.point.clone(), part, Effort::FULL)?;
@@ -292,6 +296,33 @@ fn refit(problem: &Problem, base: &Fit, scores: &[Screened], part: Part<'_>) -> 
         .collect();
     trials.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     trials
+}
+
+/// Where a fit with one more mechanism begins: with the strength that its score tells, or as much less of it as does not make
+/// everything worse at once, and with the other coordinates as they were or as they need no longer imitate it. A score is a
+/// tangent; far along it the simulation may be elsewhere.
+fn begin(problem: &Problem, base: &Fit, score: &Screened, part: Part<'_>) -> Option<Fit> {
+    let mut entrant = score.entrant.clone();
+    let mut best: Option<Fit> = None;
+    for _ in 0..SHORTER_STARTS {
+        let mut entrants = base.layout.entrants.clone();
+        entrants.push(entrant.clone());
+        let layout = Layout::new(problem, entrants);
+        for point in [&score.beside, &base.point] {
+            let start = layout.start_from(problem, &base.layout, point);
+            if let Some(fit) = Fit::at(problem, layout.clone(), start, part)
+                && best.as_ref().is_none_or(|best| fit.cost < best.cost)
+            {
+                best = Some(fit);
+            }
+        }
+        if best.as_ref().is_some_and(|best| best.cost < base.cost)
+            || scale_strength(&mut entrant.effect, SHORTER).is_none_or(|times| times > 0.99)
+        {
+            break;
+        }
+    }
+    best
 }
 
 /// The model without the mechanism in one place.
