@@ -14,7 +14,7 @@ const MOST_STARTS: usize = 48;
 const STRENGTHS: usize = 3;
 
 /// The part of the likely values that a strength of either sign is tried with.
-const SMALL_PART: f64 = 0.03;
+const SMALL_PART: f64 = 0.003;
 
 /// How far the recordings reach, each sorted upwards.
 #[derive(Clone, Debug)]

@@ -10,13 +10,13 @@
 //!
 //! That line is trusted a few times up and down from the strength that was tried; where a must stay within such bounds, χ² falls by
 //! 2·a·z·‖s̃‖ − a²·‖s̃‖² only, and the score is the root of that. Of a mechanism that cannot be scaled (its first value is a place, not
-//! a strength) a is 1.
+//! a strength) a is at most 1.
 //!
 //! Source: score (Lagrange multiplier) test, C. R. Rao, Proc. Camb. Phil. Soc. 44 (1948) 50.
 
 use nalgebra::DVector;
 use rayon::prelude::*;
-use thud_sim::mechanism::{Effect, Group, Mechanism, Search};
+use thud_sim::mechanism::{Effect, Group, Mechanism, Scale, Search};
 
 use super::candidate::Reach;
 use super::fit::{Fit, Imitation, Normal, Tangent, whiten};
@@ -97,7 +97,12 @@ pub fn screen(
                 .filter_map(|scope| {
                     let score = if scope == Scope::Everywhere { whole.clone() } else { projection.score(&signature, scope)? };
                     let mut scaled = tried.clone();
-                    let wanted = (score.z / score.visible).clamp(-LONGEST_WAY, LONGEST_WAY);
+                    // A strength of either sign was tried with next to nothing of it, where it is in proportion.
+                    let longest = match scaled.mechanism().parameters[0].scale {
+                        Scale::Linear => f64::INFINITY,
+                        Scale::Logarithmic => LONGEST_WAY,
+                    };
+                    let wanted = (score.z / score.visible).clamp(-longest, longest);
                     let (z, times) = match scale_strength(&mut scaled, wanted) {
                         Some(times) => (score.gain(times).max(0.0).sqrt(), times),
                         None => (score.z.min(0.0), 0.0),
@@ -233,8 +238,8 @@ pub fn signature(problem: &Problem, fit: &Fit, entrant: &Entrant) -> Option<Vec<
 pub fn scale_strength(effect: &mut Effect, times: f64) -> Option<f64> {
     let parameter = &effect.mechanism().parameters[0];
     if parameter.search != Search::Strength {
-        // Its values are another shape each, not more or less of the same.
-        return (times > 0.0).then_some(1.0);
+        // Its values are another shape each. A refit will find the one with less of it, but not much more.
+        return (times > 0.0).then_some(times.min(1.0));
     }
     let value = effect.value(0);
     let (low, high) = parameter.plausible;
@@ -249,7 +254,7 @@ pub fn scale_strength(effect: &mut Effect, times: f64) -> Option<f64> {
         // A time constant: half of it is twice the effect.
         Some(null) if null.is_infinite() => (value / times, |before, after, _| before / after),
         Some(null) => (null + (value - null) * times, |before, after, null| (after - null) / (before - null)),
-        None => return Some(1.0),
+        None => return Some(times.min(1.0)),
     };
     let scaled = scaled.clamp(low, high);
     effect.set_value(0, scaled).ok()?;

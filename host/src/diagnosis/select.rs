@@ -316,9 +316,9 @@ fn begin(problem: &Problem, base: &Fit, score: &Screened, part: Part<'_>) -> Opt
                 best = Some(fit);
             }
         }
-        if best.as_ref().is_some_and(|best| best.cost < base.cost)
-            || scale_strength(&mut entrant.effect, SHORTER).is_none_or(|times| times > 0.99)
-        {
+        let before = entrant.effect.clone();
+        let shortened = scale_strength(&mut entrant.effect, SHORTER).is_some() && entrant.effect != before;
+        if !shortened || best.as_ref().is_some_and(|best| best.cost < base.cost) {
             break;
         }
     }
