@@ -179,11 +179,11 @@ pub fn diagnose(
     let map =
         verdict::remains(&selection).then(|| rest::map(&problem, &selection.best.fit, &selection.tangent)).flatten();
     progress("recordings left out");
-    let baseline_held_out = held_out::held_out(&problem, &selection.baseline);
+    let baseline_held_out = held_out::held_out(&problem, &selection.baseline, &selection.baseline);
     let held_out = if selection.best.fit.layout.entrants.is_empty() {
         baseline_held_out.clone()
     } else {
-        held_out::held_out(&problem, &selection.best.fit)
+        held_out::held_out(&problem, &selection.baseline, &selection.best.fit)
     };
     Ok(Diagnosis { tried: mechanisms, problem, nominal, located, selection, baseline_held_out, held_out, map, notes })
 }

@@ -4,11 +4,11 @@
 //!  [link m_R·(1 − μ)]──slips at F_max──[tip m_R·μ]→ )pad)
 //! ```
 //!
-//! Until the coupling would have to pass on more than F_max, link and tip are one mass. Then it passes on just
-//! F_max, as an overload clutch, a ratcheting gear or a current-limited drive that is pushed back does, and the link slips
-//! on; it holds again when both are equally fast. The contact force is F_max and what the tip's own inertia adds, which
-//! swings about F_max: a flat top with a ring that is the flatter the lighter the tip. F_max times the way that it slipped
-//! is lost, so that the unloading side starts from rest at F_max.
+//! Until the coupling would have to pass on more than F_max, link and tip are one mass. Then it passes on C = F_max + c·(v_link −
+//! v_tip), as an overload clutch, a ratcheting gear or a current-limited drive that is pushed back does (c is the drives' own
+//! viscous friction), and the link slips on; it holds again when both are equally fast. The contact force is C and what the tip's own
+//! inertia adds, which swings about C: a flat top, sloping with c, with a ring that is the flatter the lighter the tip and that c
+//! damps. F_max times the way that it slipped is lost, so that the unloading side starts from rest at F_max.
 //!
 //! Behind an elastic joint (`joint-elasticity`) it is that joint which slips, and its link fraction that counts.
 //!
@@ -22,7 +22,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "force-ceiling",
     group: Group::Robot,
     site: Site::Robot,
-    equation: "m_link·a_link = D − C, m_tip·a_tip = C − P, a_link = a_tip while |C| ≤ F_max, else C = ±F_max",
+    equation: "m_link·a_link = D − C, m_tip·a_tip = C − P, a_link = a_tip while |C| ≤ F_max, else C = ±F_max + c·slip rate",
     source: "slipping coupling; about 540 N from the joint torques of an iiwa 14, less by pose and settings",
     parameters: &[
         Parameter {
@@ -47,6 +47,17 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Logarithmic,
             search: Search::OneOf(&[0.05, 0.2]),
         },
+        Parameter {
+            name: "slip_damping_Ns_per_m",
+            unit: "N·s/m",
+            meaning: "viscous friction c of the drives that slip",
+            null: None,
+            range: (0.0, 1e4),
+            plausible: (1.0, 300.0),
+            typical: 0.0,
+            scale: Scale::Logarithmic,
+            search: Search::OneOf(&[3.0, 60.0]),
+        },
     ],
     signature: "a top that is flat but for a slow ring, in the strongest recordings only, then a fall as from rest: the impulse is short",
     confused_with: &["clipping", "robot-push", "end-stop"],
@@ -55,7 +66,11 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    assembly.ceiling = Some(Ceiling { force_n: effect.value(0), tip_fraction: effect.value(1) });
+    assembly.ceiling = Some(Ceiling {
+        force_n: effect.value(0),
+        tip_fraction: effect.value(1),
+        damping_ns_per_m: effect.value(2),
+    });
 }
 
 #[cfg(test)]
@@ -100,6 +115,26 @@ mod tests {
                 near(&format!("{others:?}"), impact.force_n(time), without.force_n(time), 2e-4);
             }
         }
+    }
+
+    /// Viscous friction of the drives: the force passed on falls with the slip from F_max + c·v to F_max, and the tip rings no more.
+    #[test]
+    fn a_viscous_coupling_gives_a_sloping_top_that_does_not_ring() {
+        let impact = strike(
+            Rig::impact(25e3),
+            0.3,
+            6.0,
+            &["force-ceiling:force_N=60,tip_fraction=0.01,slip_damping_Ns_per_m=150"],
+        );
+        let (k, mass) = (25e3_f64, 6.0);
+        let slips_s = (60.0 / (0.3 * (k * mass).sqrt())).asin() / (k / mass).sqrt();
+        let times: Vec<f64> = (0..400).map(|part| slips_s + 2e-3 + f64::from(part) * 2e-5).collect();
+        let force: Vec<f64> = times.iter().map(|time| impact.force_n(*time)).collect();
+        let top = force.iter().copied().fold(0.0, f64::max);
+        let after = force.iter().position(|f| *f == top).unwrap();
+        assert!(top > 66.0, "{top}");
+        assert!(force[after..].windows(2).all(|pair| pair[1] <= pair[0]), "once past its top the force only falls");
+        assert!(force[after..].iter().all(|f| *f > 59.9));
     }
 
     /// Momentum: the contact's impulse is what tip and link together lose. Energy: the loss is at most F_max times a way.

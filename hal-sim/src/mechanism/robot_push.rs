@@ -1,7 +1,8 @@
 //! The robot goes on pushing: its controller still wants to be behind the rig.
 //!
-//! F(t) = F_0·(1 − e^(−t/τ)) on the robot from the first contact on: the position error, and with it the
-//! torque, grows while the rig holds the robot up, until the controller's limit.
+//! F(t) = F_0·(1 − e^(−t/τ))·e^(−(t/T)⁸) on the robot from the first contact on: the position error, and with it the
+//! torque, grows while the rig holds the robot up, until the controller's limit; when its motion is over, or a supervisor
+//! stops it, the push goes (the eighth power makes a switch that a solver can follow).
 //!
 //! Source: first-order rise to a plateau, the simplest form of a torque-limited position controller.
 
@@ -12,7 +13,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "robot-push",
     group: Group::Robot,
     site: Site::Drive,
-    equation: "F(t) = F_0·(1 − exp(−t/τ)) on the robot from first contact",
+    equation: "F(t) = F_0·(1 − exp(−t/τ))·exp(−(t/T)⁸) on the robot from first contact",
     source: "torque-limited position control; up to about 150 N",
     parameters: &[
         Parameter {
@@ -37,6 +38,17 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Logarithmic,
             search: Search::OfContactTime,
         },
+        Parameter {
+            name: "duration_s",
+            unit: "s",
+            meaning: "how long T it pushes",
+            null: None,
+            range: (1e-3, 1e4),
+            plausible: (0.03, 10.0),
+            typical: 100.0,
+            scale: Scale::Logarithmic,
+            search: Search::OneOf(&[0.08, 0.3, 10.0]),
+        },
     ],
     signature: "a longer pulse, a higher late force, contact that does not end but comes to rest at F_0, hits again",
     confused_with: &["joint-elasticity", "pose-dependent-mass"],
@@ -45,17 +57,52 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    assembly.drives.push(Box::new(Push { force_n: effect.value(0), rise_time_s: effect.value(1) }));
+    assembly.drives.push(Box::new(Push {
+        force_n: effect.value(0),
+        rise_time_s: effect.value(1),
+        duration_s: effect.value(2),
+    }));
 }
 
 #[derive(Debug)]
 struct Push {
     force_n: f64,
     rise_time_s: f64,
+    duration_s: f64,
 }
 
 impl Drive for Push {
     fn force_n(&self, motion: Motion) -> f64 {
-        if motion.time_s <= 0.0 { 0.0 } else { -self.force_n * (-motion.time_s / self.rise_time_s).exp_m1() }
+        if motion.time_s <= 0.0 {
+            return 0.0;
+        }
+        let left = (-(motion.time_s / self.duration_s).powi(8)).exp();
+        -self.force_n * (-motion.time_s / self.rise_time_s).exp_m1() * left
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::mechanism::tests::{near, strike};
+    use crate::rig::Rig;
+
+    /// Pushed for longer than its rebound takes the robot comes back; let go before that it does not.
+    #[test]
+    fn who_is_let_go_early_does_not_come_back() {
+        let hits = |push: &str| strike(Rig::impact(25e3), 0.1, 6.0, &[push]).truth().contacts.len();
+        assert!(hits("robot-push:force_N=4,rise_time_s=0.005") > 1);
+        assert_eq!(hits("robot-push:force_N=4,rise_time_s=0.005,duration_s=0.08"), 1);
+    }
+
+    /// Momentum: what the push gave in its time is missing in the speed after.
+    #[test]
+    fn the_push_takes_its_impulse_from_the_rebound() {
+        let pushed = strike(Rig::impact(25e3), 0.3, 6.0, &["robot-push:force_N=2,rise_time_s=0.0001,duration_s=0.2"]);
+        let speed = pushed.value(crate::rig::Quantity::Velocity, 0.4);
+        // The integral of e^(−(t/T)⁸) is T·Γ(9/8).
+        let impulse = 2.0 * (0.2 * 0.941_742_7 - 1e-4);
+        let contact = pushed.truth().contacts[0];
+        let during = 2.0 * (contact.end_s.unwrap() - 1e-4);
+        near("speed", speed, contact.speed_after_m_per_s + (impulse - during) / 6.0, 1e-4);
     }
 }

@@ -263,7 +263,7 @@ pub struct Frame {
 }
 
 /// A coupling in the robot that slips: tip and link are one until it has to pass on more than it can, and then it passes
-/// on just that until they are equally fast again. Where the robot has an elastic [`Joint`], it is that
+/// on just that, and what its own friction in proportion to the slip adds, until they are equally fast again. Where the robot has an elastic [`Joint`], it is that
 /// joint which slips.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ceiling {
@@ -271,6 +271,8 @@ pub struct Ceiling {
     pub force_n: f64,
     /// The part of the effective mass before the coupling, where there is no elastic joint that says it, 0 to 1.
     pub tip_fraction: f64,
+    /// What it passes on beyond that for each metre per second of slip, N·s/m.
+    pub damping_ns_per_m: f64,
 }
 
 /// A sway of the robot that it would have without the rig as well: an acceleration on all of its bodies, like gravity's.

@@ -530,7 +530,9 @@ impl System {
     /// From link to tip, through an elastic joint or a slipping coupling, N.
     fn coupling_n(&self, ahead_m: f64, ahead_m_per_s: f64, mode: &Mode) -> f64 {
         match (mode.coupling, self.assembly.joint, self.assembly.ceiling) {
-            (Coupling::Slipping(sign), _, Some(ceiling)) => sign * ceiling.force_n,
+            (Coupling::Slipping(sign), _, Some(ceiling)) => {
+                sign * ceiling.force_n + ceiling.damping_ns_per_m * ahead_m_per_s
+            }
             (_, Some(joint), _) => {
                 joint.stiffness_n_per_m * (ahead_m - mode.slipped_m) + joint.damping_ns_per_m * ahead_m_per_s
             }

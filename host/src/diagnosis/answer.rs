@@ -174,7 +174,7 @@ fn unexplained(diagnosis: &Diagnosis, held_out_rmse: f64) -> Unexplained {
     depends_on.sort_unstable();
     depends_on.dedup();
     Unexplained {
-        share: rest_share(selection.rest, selection.baseline_rest),
+        share: rest_share(selection),
         depends_on,
         form: map.form.clone(),
         held_out_rmse: lower.max(diagnosis.problem.noise_rms() * 0.9),

@@ -8,6 +8,7 @@ use super::fit::{Effort, Fit};
 use super::layout::Role;
 use super::predict;
 use super::problem::Problem;
+use super::select::penalty;
 
 /// In how many parts the recordings are left out.
 const FOLDS: usize = 4;
@@ -56,9 +57,10 @@ pub fn folds(problem: &Problem) -> Vec<usize> {
     folds
 }
 
-/// Leaves recordings out and shows them. With one recording alone nothing can be left out: it is shown as fitted.
+/// Leaves recordings out and shows them. What the others do not ask for by themselves is not in the model that they make: a mechanism
+/// that only the recordings left out have met is not foretold. With one recording alone nothing can be left out: it is shown as fitted.
 #[must_use]
-pub fn held_out(problem: &Problem, fit: &Fit) -> HeldOut {
+pub fn held_out(problem: &Problem, baseline: &Fit, fit: &Fit) -> HeldOut {
     let folds = folds(problem);
     let count = problem.recordings.len();
     let mut shown = HeldOut { rmse: vec![0.0; count], model: vec![Vec::new(); count], cost: vec![0.0; count] };
@@ -80,18 +82,29 @@ pub fn held_out(problem: &Problem, fit: &Fit) -> HeldOut {
             }
             Fit::run(problem, fit.layout.clone(), start, &train, Effort::AGAIN)
         };
-        let fresh = fit.layout.start(problem);
+        let fitted = fitted.and_then(|fitted| {
+            if fit.layout.entrants.is_empty() || train.is_empty() {
+                return Some(fitted);
+            }
+            let without =
+                Fit::run(problem, baseline.layout.clone(), baseline.point.clone(), &train, Effort::AGAIN)?;
+            let asked = without.cost - fitted.cost > penalty(problem, &fit.layout);
+            Some(if asked { fitted } else { without })
+        });
         let again = fitted.and_then(|fitted| {
-            let mut start = fitted.point.clone();
+            let layout = fitted.layout;
+            let known = if layout.entrants.is_empty() { baseline } else { fit };
+            let fresh = layout.start(problem);
+            let mut start = fitted.point;
             for number in &left_out {
-                for (place, coordinate) in fit.layout.locals.iter().enumerate() {
+                for (place, coordinate) in layout.locals.iter().enumerate() {
                     start.locals[*number][place] = match coordinate.role {
-                        Role::Contact | Role::Mechanism { .. } => fit.point.locals[*number][place],
+                        Role::Contact | Role::Mechanism { .. } => known.point.locals[*number][place],
                         _ => fresh.locals[*number][place],
                     };
                 }
             }
-            Fit::run(problem, fit.layout.clone(), start, &left_out, Effort::LOCAL)
+            Fit::run(problem, layout, start, &left_out, Effort::LOCAL)
         });
         for number in left_out {
             let values = again.as_ref().and_then(|again| predict::raw(problem, &again.layout, &again.point, number));

@@ -16,10 +16,13 @@ use super::layout::{Entrant, Layout, Role, Scope};
 use super::locate::{Alone, alone};
 use super::omnibus::{Omnibus, omnibus};
 use super::problem::Problem;
+use super::verdict::{SIGNIFICANT, UNLIKELY};
 use super::screen::{Screened, scale_strength, screen};
 
 /// Fall of BIC that the first mechanism must bring: with its parameter's ln N a fall of χ² of about 5.5².
 const ENOUGH: f64 = 20.0;
+/// A further one that no smooth rest asks for (it rings, hums or jumps) must bring this.
+const UNASKED: f64 = 150.0;
 /// And a further one this part of what the model has gained so far.
 const FURTHER: f64 = 0.025;
 /// Rivals within this of the best in BIC cannot be told apart.
@@ -163,9 +166,11 @@ pub fn select(
             }
         }
         let Some(next) = trials.first() else { break };
+        let fewer = (best.clone(), rivals.clone());
         // A further one has to be worth something beside what is explained already: no rig is quite like its equations.
         let worth = FURTHER * (baseline.cost - best.fit.cost).max(0.0);
-        if best.bic - next.bic < ENOUGH + worth {
+        let enough = if number == 0 || asked_for(rest, &alone(problem, &best.fit)) { ENOUGH } else { UNASKED };
+        if best.bic - next.bic < enough + worth {
             if number == 0 {
                 rivals.extend(trials.into_iter().map(|trial| (0, trial)));
             }
@@ -186,6 +191,13 @@ pub fn select(
             if best.fit.layout.entrants.len() <= number {
                 break;
             }
+        }
+        // Three that still leave a rest are no explanation: with enough of them anything bends to anything.
+        if best.fit.layout.entrants.len() > 2 && asked_for(rest, &alone(problem, &best.fit)) {
+            (best, rivals) = fewer;
+            tangent = best.fit.tangent(problem, &all)?;
+            rest = omnibus(problem, &best.fit, &tangent);
+            break;
         }
     }
     if best.fit.layout.entrants.len() > 1 {
@@ -211,7 +223,20 @@ pub fn select(
         }
     }
     let alone = alone(problem, &best.fit);
+    if std::env::var_os("THUD_TRACE").is_some() {
+        let gained = baseline.cost - best.fit.cost;
+        eprintln!(
+            "== end gained {gained:.1} n {} rest z {:.1} excess {:.1} share {:.4} alone p {:.1e} excess {:.1} share {:.4} cost/rows {:.4}",
+            best.fit.layout.entrants.len(), rest.z(), rest.excess, rest.excess.max(0.0) / (rest.excess.max(0.0) + gained), alone.p_value,
+            alone.excess, alone.excess / (alone.excess + gained), best.fit.cost / problem.rows() as f64
+        );
+    }
     Some(Selection { alone, baseline, baseline_tangent, baseline_rest, screened, best, tangent, rest, rivals })
+}
+
+/// Whether what a model leaves is more than noise and traces of the usual imperfections.
+fn asked_for(rest: Omnibus, alone: &Alone) -> bool {
+    rest.z() > SIGNIFICANT || alone.p_value < UNLIKELY
 }
 
 fn remaining(mechanisms: &[&'static Mechanism], fit: &Fit) -> Vec<&'static Mechanism> {
