@@ -155,7 +155,7 @@ fn what_once_defeated_it_does_so_no_more() {
             11.477_975_882_673_931,
             &[
                 "hunt-crossley-damping:alpha_s_per_m=0.22538437773617198",
-                "robot-push:force_N=92.92237193333082,rise_time_s=0.0115641020952186",
+                "robot-push:force_N=92.92237193333082,servo_stiffness_N_per_m=16000",
                 "pad-relaxation:ratio=0.7091179606463299,time_constant_s=0.003921812765382885",
             ],
         ),
@@ -196,7 +196,7 @@ fn what_once_defeated_it_does_so_no_more() {
             10.304_598_958_629_292,
             &[
                 "guide-friction:force_N=6.756681976547691,cell_share=0.942757877617324",
-                "robot-push:force_N=33.02302187526521,rise_time_s=0.12304702287288832",
+                "robot-push:force_N=33.02302187526521,servo_stiffness_N_per_m=2700",
                 "hunt-crossley-damping:alpha_s_per_m=0.024225622376018847",
             ],
         ),

@@ -147,7 +147,7 @@ mod tests {
             }
         }
         // On a bare spring friction holds the robot on the frame, and there they swing as one.
-        let held = ["guide-friction:force_N=40", "robot-push:force_N=30,rise_time_s=0.01"];
+        let held = ["guide-friction:force_N=40", "robot-push:force_N=30,servo_stiffness_N_per_m=30000"];
         let soft = "frame-compliance:compliance_m_per_N=1e-6,mass_kg=20,damping_ratio=0.1,mass_on_cell_kg=0";
         let impact = strike(Rig::impact(25e3), 0.05, 6.0, &[held[0], held[1], soft]);
         near("pressed by", impact.value(Quantity::ContactForce, 0.299), 30.0, 0.5);

@@ -1,10 +1,11 @@
 //! The robot goes on pushing: its controller still wants to be behind the rig.
 //!
-//! F(t) = F_0·(1 − e^(−t/τ))·e^(−(t/T)⁸) on the robot from the first contact on: the position error, and with it the
-//! torque, grows while the rig holds the robot up, until the controller's limit; when its motion is over, or a supervisor
-//! stops it, the push goes (the eighth power makes a switch that a solver can follow).
+//! F = F_0·tanh(K·(v_0·t − x)/F_0)·e^(−(t/T)⁸) on the robot from the first contact on: a position controller of stiffness K
+//! whose set point goes on with the speed of approach, so that the rig's holding the robot up is a following error; its drives
+//! give F_0 at most; when its motion is over, or a supervisor stops it, the push goes (the eighth power makes a switch that a solver
+//! can follow).
 //!
-//! Source: first-order rise to a plateau, the simplest form of a torque-limited position controller.
+//! Source: proportional position control with saturation, its corner rounded by tanh.
 
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Drive, Motion};
@@ -13,8 +14,8 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "robot-push",
     group: Group::Robot,
     site: Site::Drive,
-    equation: "F(t) = F_0·(1 − exp(−t/τ))·exp(−(t/T)⁸) on the robot from first contact",
-    source: "torque-limited position control; up to about 150 N",
+    equation: "F = F_0·tanh(K·(v₀·t − x)/F_0)·exp(−(t/T)⁸) on the robot from first contact",
+    source: "saturating position control; up to about 150 N",
     parameters: &[
         Parameter {
             name: "force_N",
@@ -28,15 +29,15 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             search: Search::Strength,
         },
         Parameter {
-            name: "rise_time_s",
-            unit: "s",
-            meaning: "time constant of its rise",
+            name: "servo_stiffness_N_per_m",
+            unit: "N/m",
+            meaning: "stiffness K of the position controller",
             null: None,
-            range: (1e-4, 5.0),
-            plausible: (0.005, 0.3),
-            typical: 0.015,
+            range: (1.0, 1e7),
+            plausible: (1e3, 1e5),
+            typical: 2e4,
             scale: Scale::Logarithmic,
-            search: Search::OfContactTime,
+            search: Search::OneOf(&[2e3, 2e4, 2e5]),
         },
         Parameter {
             name: "duration_s",
@@ -59,16 +60,18 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 fn enter(effect: &Effect, assembly: &mut Assembly) {
     assembly.drives.push(Box::new(Push {
         force_n: effect.value(0),
-        rise_time_s: effect.value(1),
+        servo_n_per_m: effect.value(1),
         duration_s: effect.value(2),
+        speed_m_per_s: assembly.approach.speed_m_per_s,
     }));
 }
 
 #[derive(Debug)]
 struct Push {
     force_n: f64,
-    rise_time_s: f64,
+    servo_n_per_m: f64,
     duration_s: f64,
+    speed_m_per_s: f64,
 }
 
 impl Drive for Push {
@@ -77,7 +80,8 @@ impl Drive for Push {
             return 0.0;
         }
         let left = (-(motion.time_s / self.duration_s).powi(8)).exp();
-        -self.force_n * (-motion.time_s / self.rise_time_s).exp_m1() * left
+        let behind_m = (self.speed_m_per_s * motion.time_s - motion.position_m).max(0.0);
+        self.force_n * (self.servo_n_per_m * behind_m / self.force_n.max(f64::MIN_POSITIVE)).tanh() * left
     }
 }
 
@@ -90,19 +94,19 @@ mod tests {
     #[test]
     fn who_is_let_go_early_does_not_come_back() {
         let hits = |push: &str| strike(Rig::impact(25e3), 0.1, 6.0, &[push]).truth().contacts.len();
-        assert!(hits("robot-push:force_N=4,rise_time_s=0.005") > 1);
-        assert_eq!(hits("robot-push:force_N=4,rise_time_s=0.005,duration_s=0.08"), 1);
+        assert!(hits("robot-push:force_N=4,servo_stiffness_N_per_m=100000") > 1);
+        assert_eq!(hits("robot-push:force_N=4,servo_stiffness_N_per_m=100000,duration_s=0.08"), 1);
     }
 
     /// Momentum: what the push gave in its time is missing in the speed after.
     #[test]
     fn the_push_takes_its_impulse_from_the_rebound() {
-        let pushed = strike(Rig::impact(25e3), 0.3, 6.0, &["robot-push:force_N=2,rise_time_s=0.0001,duration_s=0.2"]);
+        let pushed = strike(Rig::impact(25e3), 0.3, 6.0, &["robot-push:force_N=2,servo_stiffness_N_per_m=1e7,duration_s=0.2"]);
         let speed = pushed.value(crate::rig::Quantity::Velocity, 0.4);
-        // The integral of e^(−(t/T)⁸) is T·Γ(9/8).
-        let impulse = 2.0 * (0.2 * 0.941_742_7 - 1e-4);
+        // The integral of e^(−(t/T)⁸) is T·Γ(9/8); a controller as stiff as this is at its limit at once.
+        let impulse = 2.0 * 0.2 * 0.941_742_7;
         let contact = pushed.truth().contacts[0];
-        let during = 2.0 * (contact.end_s.unwrap() - 1e-4);
-        near("speed", speed, contact.speed_after_m_per_s + (impulse - during) / 6.0, 1e-4);
+        let during = 2.0 * contact.end_s.unwrap();
+        near("speed", speed, contact.speed_after_m_per_s + (impulse - during) / 6.0, 1e-3);
     }
 }

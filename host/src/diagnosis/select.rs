@@ -33,6 +33,8 @@ const MOST_MECHANISMS: usize = 3;
 const REFITTED: usize = 7;
 /// Of those, how many until they converge.
 const FINISHED: usize = 4;
+/// And who was promised this part of what the best has gained by then.
+const PROMISING: f64 = 0.4;
 /// A belief about the rig or a mass is strained beyond this many of its deviations.
 const STRAINED: f64 = 3.5;
 /// A signature of which more than this is imitated by re-tuning is mere re-tuning.
@@ -305,14 +307,14 @@ fn refit(problem: &Problem, base: &Fit, scores: &[Screened], part: Part<'_>) -> 
         seen.push(key);
         new
     });
-    // Who leads after a few iterations goes on, and so does who has not yet come as far as the best and was promised to.
+    // Who leads after a few iterations goes on, and so does who was promised to come near the best and has not yet.
     let gained = |trial: &Trial| base.cost - trial.fit.cost;
     let most = brief.first().map_or(0.0, |(trial, _)| gained(trial));
     let mut trials: Vec<Trial> = brief
         .into_par_iter()
         .enumerate()
         .filter_map(|(rank, (trial, promised))| {
-            if rank >= FINISHED && promised < most {
+            if rank >= FINISHED && promised < PROMISING * most {
                 return Some(trial);
             }
             let fit = Fit::run(problem, trial.fit.layout.clone(), trial.fit.point.clone(), part, Effort::FULL)?;
