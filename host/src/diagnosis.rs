@@ -29,6 +29,7 @@ pub mod screen;
 pub mod select;
 pub mod shown;
 pub mod spectrum;
+pub mod subset;
 pub mod verdict;
 pub mod words;
 

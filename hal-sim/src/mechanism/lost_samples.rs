@@ -1,8 +1,7 @@
 //! The log has lost a run of samples and closed the gap: what came later stands too early.
 //!
 //! y(t) = F(t) before t_j, F(t + T) from there on, t counted from the first contact; the logger's time is the number
-//! of the sample over the rate, so that T is the lost samples over the rate. A logger that begins to write when it is
-//! triggered overruns its buffer the same while after each contact. (Lost samples whose places stayed empty are uneven
+//! of the sample over the rate, so that T is the lost samples over the rate. Where it happens is each impact's own. (Lost samples whose places stayed empty are uneven
 //! sampling, and those that were filled with the last value are equal to the bit: both are seen without a model.)
 //!
 //! Source: dropped blocks of streaming loggers; after the last sample its value is held.
@@ -37,7 +36,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (0.0, 0.1),
             typical: 0.015,
             scale: Scale::Linear,
-            search: Search::OfContactTime,
+            search: Search::EachInstant,
         },
     ],
     signature: "a jump between two samples in proportion to the slope there; nothing before, a shift afterwards",

@@ -50,6 +50,8 @@ pub enum Search {
     Resonance,
     /// Every impact has a value of its own: an angle, the phase of something that runs on between impacts.
     EachImpact,
+    /// Every impact has a value of its own: an instant during its contact, s after the first touch.
+    EachInstant,
     /// It is not sought but held at its value: a whole number, a choice.
     Held,
 }
@@ -73,7 +75,7 @@ impl Parameter {
     /// Whether every impact has a value of its own.
     #[must_use]
     pub fn is_of_each_impact(&self) -> bool {
-        self.search == Search::EachImpact
+        matches!(self.search, Search::EachImpact | Search::EachInstant)
     }
 
     /// Whether this value is possible: within the range, or the null value.

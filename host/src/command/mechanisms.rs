@@ -136,7 +136,7 @@ fn screen(mechanism: &'static Mechanism) -> String {
         let range = |(low, high): (f64, f64)| format!("{low} to {high}");
         let how = match parameter.search {
             Search::Held | Search::Whole(_) => "held, not fitted",
-            Search::EachImpact => "each impact has its own",
+            Search::EachImpact | Search::EachInstant => "each impact has its own",
             _ => "",
         };
         table.row([

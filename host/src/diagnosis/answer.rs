@@ -187,7 +187,7 @@ pub fn parameters(diagnosis: &Diagnosis, place: usize) -> Vec<Value> {
     let selection = &diagnosis.selection;
     let fit = &selection.best.fit;
     let deviations = selection.tangent.normal(0.0).map(|normal| normal.global_deviations());
-    let effect = fit.layout.effect_at(place, &fit.point, 0);
+    let effect = fit.layout.effect(&diagnosis.problem, place, &fit.point);
     effect
         .mechanism()
         .parameters

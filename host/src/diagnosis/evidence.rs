@@ -160,9 +160,11 @@ pub fn scope_words(diagnosis: &Diagnosis, scope: Scope) -> String {
             let name = diagnosis.problem.configurations.get(number).map_or("?", String::as_str);
             format!("in configuration {name} only")
         }
-        Scope::Recording(number) => {
-            let name = diagnosis.problem.recordings.get(number).map_or("?", |recording| recording.name.as_str());
-            format!("in recording {name} only")
+        Scope::Recordings(some) => {
+            let names: Vec<String> =
+                some.iter().map(|number| diagnosis.problem.recordings[number].name.clone()).collect();
+            let word = if names.len() == 1 { "recording" } else { "recordings" };
+            format!("in {word} {} only", super::words::listed(&names, "and"))
         }
     }
 }

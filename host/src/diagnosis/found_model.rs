@@ -32,7 +32,7 @@ pub fn found_model(diagnosis: &Diagnosis, name: &str) -> Model {
         .iter()
         .enumerate()
         .map(|(place, entrant)| {
-            let effect = fit.layout.effect_at(place, &fit.point, 0);
+            let effect = fit.layout.effect(problem, place, &fit.point);
             let intervals = parameters(diagnosis, place)
                 .iter()
                 .zip(effect.mechanism().parameters)
@@ -49,8 +49,10 @@ pub fn found_model(diagnosis: &Diagnosis, name: &str) -> Model {
                 Scope::Everywhere => None,
                 Scope::Configuration(number) => Some(problem.configurations[number].clone()),
                 // A model has no recordings; its configuration is the nearest it can say.
-                Scope::Recording(number) => {
-                    Some(problem.configurations[problem.recordings[number].configuration].clone())
+                Scope::Recordings(some) => {
+                    let mut of = some.iter().map(|number| problem.recordings[number].configuration);
+                    let first = of.next();
+                    first.filter(|first| of.all(|other| other == *first)).map(|one| problem.configurations[one].clone())
                 }
             };
             ModelMechanism { effect, intervals, only_in }
@@ -82,22 +84,23 @@ pub fn to_toml(diagnosis: &Diagnosis, name: &str) -> String {
                 super::words::listed(&twins, "or")
             );
         }
-        if mechanism.parameters.iter().any(thud_sim::mechanism::Parameter::is_of_each_impact) {
+        if let Some(own) = mechanism.parameters.iter().find(|parameter| parameter.is_of_each_impact()) {
             let _ = writeln!(
                 text,
-                "# {}: every impact has a phase of its own; the one here is the first recording's.",
-                mechanism.id
+                "# {}: every impact has its own {}; the one here is that of the first recording that it acts in.",
+                mechanism.id, own.name
             );
         }
-        if let Scope::Recording(number) = entrant.scope {
+        if let Scope::Recordings(_) = entrant.scope {
             let _ = writeln!(
                 text,
-                "# {}: found in recording {} only; here it acts in the whole of its configuration.",
-                mechanism.id, diagnosis.problem.recordings[number].name
+                "# {}: found {}; a model knows configurations only.",
+                mechanism.id,
+                super::evidence::scope_words(diagnosis, entrant.scope)
             );
         }
         if mechanism.id == "pose-dependent-mass"
-            && let Ok(number) = fit.layout.effect_at(place, &fit.point, 0).get("configuration")
+            && let Ok(number) = fit.layout.effect(&diagnosis.problem, place, &fit.point).get("configuration")
             && let Some(configuration) = diagnosis.problem.configurations.get(number.round() as usize)
         {
             let _ = writeln!(

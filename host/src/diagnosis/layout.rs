@@ -13,6 +13,7 @@ use thud_sim::mechanism::{Effect, Mechanism, Parameter, Scale};
 
 use super::fit::Imitation;
 use super::problem::Problem;
+use super::subset::Subset;
 
 /// Uncertainties below this are no freedom at all, relative.
 const LEAST_SD: f64 = 1e-5;
@@ -26,15 +27,15 @@ pub struct Entrant {
     pub effect: Effect,
     /// The recordings that it acts in.
     pub scope: Scope,
-    /// Where each recording's own phase begins, rad; empty: at the effect's value.
-    pub phases: Vec<f64>,
+    /// Where each recording's own value (a phase, an instant) begins; empty: at the effect's.
+    pub own: Vec<f64>,
 }
 
 impl Entrant {
     /// A mechanism that acts in every recording.
     #[must_use]
     pub fn everywhere(effect: Effect) -> Self {
-        Self { effect, scope: Scope::Everywhere, phases: Vec::new() }
+        Self { effect, scope: Scope::Everywhere, own: Vec::new() }
     }
 
     /// Whether both are the same mechanism in the same recordings.
@@ -51,8 +52,8 @@ pub enum Scope {
     Everywhere,
     /// In the recordings of one configuration.
     Configuration(usize),
-    /// In one recording.
-    Recording(usize),
+    /// In these recordings.
+    Recordings(Subset),
 }
 
 impl Scope {
@@ -62,7 +63,7 @@ impl Scope {
         match self {
             Self::Everywhere => true,
             Self::Configuration(number) => number == configuration,
-            Self::Recording(number) => number == recording,
+            Self::Recordings(some) => some.includes(recording),
         }
     }
 }
@@ -238,8 +239,8 @@ impl Layout {
                         Role::Contact => recording.contact_guess_s,
                         Role::Offset(channel) => recording.offset_guess[channel],
                         Role::Mechanism { entrant, .. } => {
-                            let phase = self.entrants[entrant].phases.get(number).copied();
-                            phase.unwrap_or_else(|| initial(coordinate))
+                            let own = self.entrants[entrant].own.get(number).copied();
+                            own.unwrap_or_else(|| initial(coordinate))
                         }
                         _ => initial(coordinate),
                     };
@@ -310,6 +311,14 @@ impl Layout {
             )),
             _ => coordinate.prior,
         }
+    }
+
+    /// A mechanism's values at a point, in the first recording that it acts in.
+    #[must_use]
+    pub fn effect(&self, problem: &Problem, entrant: usize, point: &Point) -> Effect {
+        let scope = self.entrants[entrant].scope;
+        let acts = |number: &usize| scope.includes(*number, problem.recordings[*number].configuration);
+        self.effect_at(entrant, point, (0..problem.recordings.len()).find(acts).unwrap_or(0))
     }
 
     /// A mechanism's values at a point, in one recording.

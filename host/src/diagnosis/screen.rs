@@ -16,13 +16,14 @@
 
 use nalgebra::DVector;
 use rayon::prelude::*;
-use thud_sim::mechanism::{Effect, Group, Mechanism, Scale, Search};
+use thud_sim::mechanism::{Effect, Mechanism, Scale, Search};
 
 use super::candidate::Reach;
 use super::fit::{Fit, Imitation, Normal, Tangent, whiten};
 use super::layout::{Entrant, Layout, Point, Scope};
 use super::predict;
 use super::problem::Problem;
+use super::subset::Subset;
 
 /// A signature of less than this whitened norm cannot be seen.
 const INVISIBLE: f64 = 1e-3;
@@ -30,6 +31,10 @@ const INVISIBLE: f64 = 1e-3;
 const MOSTLY_ABSORBED: f64 = 0.98;
 /// How much smaller.
 const SMALL_STRENGTH: f64 = 0.05;
+/// Instants that are tried over the longest contact.
+const INSTANTS: usize = 40;
+/// Rounds in which the recordings that ask for a signature and its strength agree.
+const SETTLING: usize = 6;
 /// How many times the strength that was tried a signature is believed to grow in proportion.
 const LONGEST_WAY: f64 = 10.0;
 
@@ -76,39 +81,36 @@ pub fn screen(
             if configurations > 1 {
                 scopes.extend((0..configurations).map(Scope::Configuration));
             }
-            if effect.mechanism().group == Group::Measuring {
-                scopes.extend((0..problem.recordings.len()).map(Scope::Recording));
-            }
-            let Some((phases, signature)) = turned(problem, fit, effect) else { return Vec::new() };
+            let Some((own, signature)) = turned(problem, fit, tangent, effect) else { return Vec::new() };
             let Some(mut whole) = projection.score(&signature, Scope::Everywhere) else { return Vec::new() };
-            let (mut tried, mut phases, mut signature) = (effect.clone(), phases, signature);
+            let (mut tried, mut own, mut signature) = (effect.clone(), own, signature);
+            let mut longest = LONGEST_WAY;
             // Of a signature that is nearly all imitated a finite strength shows its curvature, not its direction.
             if whole.absorbed > MOSTLY_ABSORBED
                 && scale_strength(&mut tried, SMALL_STRENGTH).is_some()
-                && let Some((smaller_phases, smaller)) = turned(problem, fit, &tried)
+                && let Some((smaller_own, smaller)) = turned(problem, fit, tangent, &tried)
                 && let Some(score) = projection.score(&smaller, Scope::Everywhere)
             {
-                (phases, signature, whole) = (smaller_phases, smaller, score);
+                (own, signature, whole) = (smaller_own, smaller, score);
+                longest = LONGEST_WAY / SMALL_STRENGTH;
             } else {
                 tried = effect.clone();
             }
+            scopes.extend(projection.touched(&signature).map(Scope::Recordings));
             scopes
                 .into_iter()
                 .filter_map(|scope| {
                     let score = if scope == Scope::Everywhere { whole.clone() } else { projection.score(&signature, scope)? };
                     let mut scaled = tried.clone();
                     // A strength of either sign was tried with next to nothing of it, where it is in proportion.
-                    let longest = match scaled.mechanism().parameters[0].scale {
-                        Scale::Linear => f64::INFINITY,
-                        Scale::Logarithmic => LONGEST_WAY,
-                    };
+                    let longest = if either_sign(effect) { f64::INFINITY } else { longest };
                     let wanted = (score.z / score.visible).clamp(-longest, longest);
                     let (z, times) = match scale_strength(&mut scaled, wanted) {
                         Some(times) => (score.gain(times).max(0.0).sqrt(), times),
                         None => (score.z.min(0.0), 0.0),
                     };
                     Some(Screened {
-                        entrant: Entrant { effect: scaled, scope, phases: phases.clone() },
+                        entrant: Entrant { effect: scaled, scope, own: own.clone() },
                         z,
                         absorbed: score.absorbed,
                         visible: score.visible,
@@ -149,6 +151,40 @@ impl Score {
 }
 
 impl Projection<'_> {
+    /// The recordings that ask for a signature by themselves, all with one strength: the one that asks loudest, and as many more as each
+    /// takes off more than its choice costs. `None`: none, or all.
+    fn touched(&self, signature: &[Vec<f64>]) -> Option<Subset> {
+        let count = signature.len();
+        let asks: Vec<(f64, f64)> = signature
+            .iter()
+            .zip(&self.fit.residuals)
+            .enumerate()
+            .map(|(number, (values, residual))| {
+                let own = self.tangent.local_rest(number, values);
+                let along: f64 = own.iter().zip(residual).map(|(s, r)| s * r).sum();
+                (along, own.iter().map(|s| s * s).sum())
+            })
+            .collect();
+        let loudness = |(along, square): (f64, f64)| if square > 0.0 { along * along.abs() / square } else { 0.0 };
+        let loudest = (0..count).max_by(|a, b| loudness(asks[*a]).total_cmp(&loudness(asks[*b])))?;
+        let choice = 2.0 * (count as f64).ln();
+        let mut some: Vec<usize> = vec![loudest];
+        for _ in 0..SETTLING {
+            let sum = some.iter().fold((0.0, 0.0), |sum, number| (sum.0 + asks[*number].0, sum.1 + asks[*number].1));
+            if sum.0 <= 0.0 || sum.1 <= 0.0 {
+                return None;
+            }
+            let strength = sum.0 / sum.1;
+            let asking = |number: &usize| strength * (2.0 * asks[*number].0 - strength * asks[*number].1) > choice;
+            let now: Vec<usize> = (0..count).filter(asking).collect();
+            if now.is_empty() || now == some {
+                break;
+            }
+            some = now;
+        }
+        (some.len() < count).then(|| some.into_iter().collect())
+    }
+
     /// `None`: nothing of it can be seen there.
     fn score(&self, signature: &[Vec<f64>], scope: Scope) -> Option<Score> {
         let recordings = self.problem.recordings.iter().enumerate();
@@ -186,29 +222,72 @@ impl Projection<'_> {
     }
 }
 
-/// A mechanism's signature with each recording's own phase turned to where it fits the residual best, and those phases (none where
-/// the mechanism has no phase).
-fn turned(problem: &Problem, fit: &Fit, effect: &Effect) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
+/// A mechanism's signature with each recording's own value, phase or instant, where it fits the residual best, and those values (none
+/// where the mechanism has none).
+fn turned(problem: &Problem, fit: &Fit, tangent: &Tangent, effect: &Effect) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
     let parameters = effect.mechanism().parameters;
-    let first = signature(problem, fit, &Entrant::everywhere(effect.clone()))?;
+    let at = |place: usize, value: f64| {
+        let mut effect = effect.clone();
+        effect.set_value(place, value).ok()?;
+        signature(problem, fit, &Entrant::everywhere(effect))
+    };
     let Some(place) = parameters.iter().position(thud_sim::mechanism::Parameter::is_of_each_impact) else {
-        return Some((Vec::new(), first));
+        let mut change = at(0, effect.value(0))?;
+        if either_sign(effect) {
+            // Half of the difference of both signs: its bend is not mistaken for what nothing imitates.
+            let other = at(0, -effect.value(0))?;
+            for (change, other) in change.iter_mut().flatten().zip(other.iter().flatten()) {
+                *change = 0.5 * (*change - other);
+            }
+        }
+        return Some((Vec::new(), change));
     };
-    let mut quarter = effect.clone();
-    quarter.set_value(place, effect.value(place) + std::f64::consts::FRAC_PI_2).ok()?;
-    let second = signature(problem, fit, &Entrant::everywhere(quarter))?;
-    let part = |form: &[f64], residual: &[f64]| {
-        let norm: f64 = form.iter().map(|f| f * f).sum();
-        if norm > 0.0 { form.iter().zip(residual).map(|(f, r)| f * r).sum::<f64>() / norm } else { 0.0 }
+    let own: Vec<f64> = if parameters[place].search == Search::EachInstant {
+        instants(problem, fit, tangent, |value| at(place, value))
+    } else {
+        let first = at(place, effect.value(place))?;
+        let second = at(place, effect.value(place) + std::f64::consts::FRAC_PI_2)?;
+        let part = |form: &[f64], residual: &[f64]| {
+            let norm: f64 = form.iter().map(|f| f * f).sum();
+            if norm > 0.0 { form.iter().zip(residual).map(|(f, r)| f * r).sum::<f64>() / norm } else { 0.0 }
+        };
+        let both = first.iter().zip(&second).zip(&fit.residuals);
+        both.map(|((first, second), residual)| {
+            effect.value(place) + part(second, residual).atan2(part(first, residual))
+        })
+        .collect()
     };
-    let phases: Vec<f64> = first
-        .iter()
-        .zip(&second)
-        .zip(&fit.residuals)
-        .map(|((first, second), residual)| effect.value(place) + part(second, residual).atan2(part(first, residual)))
-        .collect();
-    let entrant = Entrant { phases: phases.clone(), ..Entrant::everywhere(effect.clone()) };
-    Some((phases, signature(problem, fit, &entrant)?))
+    let entrant = Entrant { own: own.clone(), ..Entrant::everywhere(effect.clone()) };
+    Some((own, signature(problem, fit, &entrant)?))
+}
+
+/// Whether a mechanism's strength has either sign, with none of it at 0.
+fn either_sign(effect: &Effect) -> bool {
+    let strength = &effect.mechanism().parameters[0];
+    strength.scale == Scale::Linear && strength.null == Some(0.0) && strength.range.0 < 0.0
+}
+
+/// For each recording the instant, s after contact, at which a signature of any strength takes most off its sum of squares.
+fn instants(
+    problem: &Problem,
+    fit: &Fit,
+    tangent: &Tangent,
+    at: impl Fn(f64) -> Option<Vec<Vec<f64>>> + Sync,
+) -> Vec<f64> {
+    let longest_s = problem.recordings.iter().map(|recording| recording.contact_time_s).fold(0.0, f64::max);
+    let tried: Vec<f64> = (0..INSTANTS).map(|n| longest_s * (n as f64 + 0.5) / INSTANTS as f64).collect();
+    let mut best = vec![(0.0, 0.5 * longest_s); problem.recordings.len()];
+    for instant in tried {
+        let Some(signature) = at(instant) else { continue };
+        for (number, (values, residual)) in signature.iter().zip(&fit.residuals).enumerate() {
+            let own = tangent.local_rest(number, values);
+            let z = own.iter().zip(residual).map(|(s, r)| s * r).sum::<f64>() / own.iter().map(|s| s * s).sum::<f64>().sqrt();
+            if z > best[number].0 {
+                best[number] = (z, instant);
+            }
+        }
+    }
+    best.into_iter().map(|(_, instant)| instant).collect()
 }
 
 /// Whitened change of every recording when the mechanism enters, everything else as fitted.

@@ -8,6 +8,7 @@
 //! that acts in some recordings only pays for the choice as well.
 
 use rayon::prelude::*;
+use statrs::function::factorial::ln_binomial;
 use thud_sim::mechanism::{Mechanism, Scale};
 
 use super::candidate::Reach;
@@ -15,7 +16,7 @@ use super::fit::{Effort, Fit, Part, Tangent};
 use super::layout::{Entrant, Layout, Role, Scope};
 use super::locate::{Alone, alone};
 use super::omnibus::{Omnibus, omnibus};
-use super::problem::Problem;
+use super::problem::{Prepared, Problem};
 use super::verdict::{SIGNIFICANT, UNLIKELY};
 use super::screen::{Screened, scale_strength, screen};
 
@@ -91,9 +92,33 @@ pub fn penalty(problem: &Problem, layout: &Layout) -> f64 {
     let recordings = problem.recordings.len() as f64;
     let of_mechanism = |role: Role| matches!(role, Role::Mechanism { .. });
     let globals = layout.globals.iter().filter(|coordinate| of_mechanism(coordinate.role)).count() as f64;
-    let locals = layout.locals.iter().filter(|coordinate| of_mechanism(coordinate.role)).count() as f64;
-    let scoped = layout.entrants.iter().filter(|entrant| entrant.scope != Scope::Everywhere).count() as f64;
-    globals * rows.ln() + locals * recordings * (rows / recordings).ln() + scoped * 2.0 * recordings.ln()
+    let acts_in = |entrant: usize| {
+        let scope = layout.entrants[entrant].scope;
+        let acts = |(number, recording): &(usize, &Prepared)| scope.includes(*number, recording.configuration);
+        problem.recordings.iter().enumerate().filter(acts).count() as f64
+    };
+    let locals: f64 = layout
+        .locals
+        .iter()
+        .map(|coordinate| match coordinate.role {
+            Role::Mechanism { entrant, .. } => acts_in(entrant),
+            _ => 0.0,
+        })
+        .sum();
+    let choices: f64 = layout
+        .entrants
+        .iter()
+        .map(|entrant| match entrant.scope {
+            Scope::Everywhere => 0.0,
+            Scope::Configuration(_) => 2.0 * recordings.ln(),
+            // How many of them, and which.
+            Scope::Recordings(some) => {
+                let (n, k) = (problem.recordings.len() as u64, some.len() as u64);
+                2.0 * (recordings.ln() + ln_binomial(n, k.min(n)))
+            }
+        })
+        .sum();
+    globals * rows.ln() + locals * (rows / recordings).ln() + choices
 }
 
 /// Selects among the given mechanisms.

@@ -137,3 +137,46 @@ fn a_light_piece_behind_a_dashpot_does_not_chatter() {
         }
     }
 }
+
+/// Air behind a piece without mass: k_p·(x − u) = k·u + c·u̇·|u̇|; the cell feels springs and air.
+fn with_air(world: &World, baseline: &Baseline, until_s: f64) -> Vec<f64> {
+    const STEP_S: f64 = 1e-7;
+    let k = 1.0 / (1.0 / world.spring.stiffness_n_per_m + 1.0 / world.chain.cell_n_per_m);
+    let (pad, c) = (world.pad.stiffness_n_per_m, world.spring.air_n_s2_per_m2);
+    let (mut x, mut v, mut u) = (0.0, baseline.speed_m_per_s, 0.0);
+    (0..(until_s / STEP_S) as usize)
+        .map(|_| {
+            let force = pad * (x - u);
+            let air = force - k * u;
+            u += STEP_S * (air.abs() / c).sqrt().copysign(air);
+            v -= STEP_S * force / world.mass_kg;
+            x += STEP_S * v;
+            force
+        })
+        .collect()
+}
+
+#[test]
+fn a_light_piece_in_air_does_not_chatter() {
+    for seed in 0..6 {
+        let mut plan = bare(Kind::Impact, seed);
+        (plan.traces.piece_kg, plan.traces.ring_damping) = (3e-5, 0.03);
+        for index in 0..4 {
+            let mut world = plan.world(index);
+            world.spring.air_n_s2_per_m2 = 90.0;
+            let sampling = plan.recordings[index].sampling;
+            let baseline = plan.true_baseline(index);
+            let trace = run(&world, &sampling);
+            let delay = anti_alias_delay_s(plan.traces.anti_alias_hz) + 0.5 * world.pad.crown_m / world.speed_m_per_s;
+            let until_s = 0.97 * baseline.touch_s();
+            let expected = with_air(&world, &baseline, until_s);
+            for (number, reading) in trace.readings.iter().enumerate() {
+                let since = number as f64 / sampling.rate_hz - sampling.contact_s - delay;
+                if since > 1e-3 && since < until_s - 1e-3 {
+                    let off = (reading - expected[(since / 1e-7) as usize]).abs() / trace.peak_n;
+                    assert!(off < 2e-3, "seed {seed}, recording {index}: {off} at {since} s");
+                }
+            }
+        }
+    }
+}
