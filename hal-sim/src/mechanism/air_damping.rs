@@ -1,8 +1,8 @@
 //! The piece pushes the air out of its housing, and sucks it back: a drag by the square of its speed.
 //!
 //! F = c·v·|v|, v the rate of the stroke. The housing stands on the cell, which bears the air's pressure like the springs'
-//! force. A massless piece behind a pad would find its balance with this drag within 2c·v/(k_pad + k_body), less than
-//! 0.1 ms; that lag is left out, v is the rate at which the springs alone would share the robot's speed.
+//! force. A massless piece behind a pad finds its balance with this drag within about 2c·v/(k_pad + k_body), 0.1 to 0.5 ms: so
+//! the drag begins. Later that lag is left out, v is the rate at which the springs alone would share the robot's speed.
 //!
 //! Source: pressure loss of a turbulent flow through an opening; 1 N at 0.25 m/s, which is c = 16 N·s²/m².
 

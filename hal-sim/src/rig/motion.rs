@@ -491,7 +491,7 @@ impl System {
                 instant.friction_n = if rubs { -instant.spring_n } else { 0.0 };
             }
             PieceForm::Carried => self.carried(driven_n, body_kg, frame_n, state, mode, &mut instant),
-            PieceForm::Balanced => self.balanced(state, mode, &mut instant),
+            PieceForm::Balanced => self.balanced(time_s, state, mode, &mut instant),
             PieceForm::Creeping => self.creeping(state, mode, &mut instant),
         }
         let held = self.form == PieceForm::Carried && mode.touching && mode.guiding == Guiding::Sticking;
@@ -609,8 +609,24 @@ impl System {
         if pulled { 1.0 } else { 1.0 - sign * self.assembly.guide.load_coefficient }
     }
 
+    /// The air's drag on a massless piece behind a pad, N. The piece is set in motion by the pad's growing force: with 2c·u̇·ü =
+    /// (k_pad + k_body)·(v_s − u̇), v_s the shared velocity, the drag begins as k_pad·v·t and comes to c·v_s² as
+    /// 1 − e^(−2s), s = t·(k_pad + k_body)/(2c·v_s).
+    fn air_behind_pad_n(&self, time_s: f64, instant: &Instant) -> f64 {
+        let guide = &self.assembly.guide;
+        if guide.air_ns2_per_m2 == 0.0 {
+            return 0.0;
+        }
+        let shared_m_per_s = self.shared_m_per_s(instant);
+        let pad = self.assembly.pad.as_ref().map_or(0.0, |pad| pad.stiffness_n_per_m);
+        let stiffness = pad + self.assembly.spring.stiffness_n_per_m;
+        let first_m_per_s = self.assembly.approach.speed_m_per_s.abs() * pad / stiffness;
+        let turns = time_s.max(0.0) * stiffness / (guide.air_ns2_per_m2 * first_m_per_s).max(f64::MIN_POSITIVE);
+        guide.air_n(shared_m_per_s) * -(-turns).exp_m1()
+    }
+
     /// (1 − σμ)·P(x − x_p) = S(x_p) + σ·F_c, solved for x_p; its derivative by time gives the velocity.
-    fn balanced(&self, state: &[f64], mode: &Mode, instant: &mut Instant) {
+    fn balanced(&self, time_s: f64, state: &[f64], mode: &Mode, instant: &mut Instant) {
         let (sign, level) = match mode.guiding {
             Guiding::Sticking => {
                 instant.piece_m = mode.held_m;
@@ -622,7 +638,7 @@ impl System {
             Guiding::Free => (0.0, 0.0),
             Guiding::Sliding(sign) => (sign, sign * self.assembly.guide.coulomb_n),
         };
-        let air_n = self.assembly.guide.air_n(self.shared_m_per_s(instant));
+        let air_n = self.air_behind_pad_n(time_s, instant);
         let level = level + air_n;
         let mut part = 1.0 - sign * self.assembly.guide.load_coefficient;
         let softness = self.assembly.pad.as_ref().map_or(0.0, |pad| pad.stiffness_n_per_m);
