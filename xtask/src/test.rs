@@ -1,6 +1,6 @@
 //! `cargo xtask test` and `cargo xtask tables`.
 
-use crate::{emulator, python, qemu, size, step, target, vcan};
+use crate::{emulator, python, qemu, size, step, target};
 
 /// Format, lints, documentation, tests: in the order in which a mistake is cheapest to find.
 ///
@@ -34,7 +34,6 @@ pub fn run() -> Result<(), String> {
         tests.env("THUD_CORTEX_M4", program);
     }
     step::run("tests", tests.env("THUD_PYTHON", python))?;
-    vcan::run()?;
     toolchain.map_or(Ok(()), emulator::run)
 }
 
