@@ -128,37 +128,6 @@ fn status_tells_who_is_there_and_how_it_is() {
 }
 
 #[test]
-fn several_sensors_are_one_table() {
-    let lab = Lab::new(43_533);
-    let _one = lab.sensor(&["--serial", "77", "--node-id", "32", "--region", "chest", "--mass", "6.1"]);
-    let _two = lab.start(&["sensor", "--serial", "78", "--node-id", "33"], "lives as node");
-    while lab.json(&["status"])["sensors"].as_array().unwrap().iter().filter(|sensor| sensor["settled"] == true).count()
-        < 2
-    {}
-    let table = String::from_utf8(lab.run(&["status"]).stdout).unwrap();
-    assert_eq!(table.matches("noise N").count(), 1, "one heading: {table}");
-    let rows = |beginning: [&str; 2]| {
-        table
-            .lines()
-            .filter(|line| line.split_whitespace().take(2).eq(beginning))
-            .map(|line| line.find("pre-operational"))
-    };
-    let (one, two): (Vec<_>, Vec<_>) = (rows(["32", "77"]).collect(), rows(["33", "78"]).collect());
-    assert!(one.len() == 1 && one == two && one[0].is_some(), "a row each, in the same columns: {table}");
-
-    let mut monitor = lab.command(&["monitor", "--count", "2"]).stdout(Stdio::piped()).spawn().unwrap();
-    let mut lines = BufReader::new(monitor.stdout.take().unwrap()).lines().map_while(Result::ok);
-    assert!(lines.any(|line| line.contains("Following node 32")));
-    lab.json(&["hit"]);
-    let shown: Vec<String> = lines.collect();
-    assert!(monitor.wait().unwrap().success());
-    for node in ["32", "33"] {
-        let events = shown.iter().filter(|line| line.split_whitespace().next() == Some(node) && line.contains("blow"));
-        assert_eq!(events.count(), 1, "{shown:?}");
-    }
-}
-
-#[test]
 fn configuring_shows_old_and_new_and_a_refusal_changes_nothing() {
     let lab = Lab::new(43_502);
     let _sensor = lab.sensor(&["--region", "chest", "--mass", "6.1"]);
