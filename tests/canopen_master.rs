@@ -245,14 +245,51 @@ fn a_mass_that_is_streamed_with_the_dbc_file_judges_the_blow() {
     let Some(lab) = Lab::new(43_707) else { return };
     let mut watch = lab.listener("watch.py", &["--events", "1"]);
     let mut stream = lab.started("stream_mass.py", &["--mass", "4.2", "--seconds", "6"]);
-    // Once the first masses have come.
-    std::thread::sleep(Duration::from_millis(1500));
+    // Once the first mass has come; an interpreter may take its time to begin.
+    let mut bus = lab.bus();
+    while bus.receive(Duration::from_secs(30)).unwrap().expect("masses come").frame.id != 0x220 {}
     lab.hit();
     watch.next();
     let event = watch.next()["event"].clone();
     assert_eq!(event["Effective mass"], 4.2, "{event}");
     assert!(number(&event["Age of the mass"]) < 100.0, "{event}");
     assert_eq!(stream.next()["sent"], 300);
+}
+
+/// Everything that an Operational sensor sends by PDO while it streams and is hit, with cantools and the DBC file alone.
+#[test]
+fn alarm_event_and_samples_are_decoded_with_the_dbc_file() {
+    let Some(lab) = Lab::new(43_712) else { return };
+    let mut bus = lab.bus();
+    // Pre-operational yet: every value of the stream is to be the mean of 20 samples; then start.
+    bus.send(&Frame::new(0x620, &[0x2B, 0x20, 0x20, 1, 20, 0, 0, 0]).unwrap()).unwrap();
+    bus.send(&Frame::new(0, &[1, 32]).unwrap()).unwrap();
+    let mut decoding = lab.listener("decode.py", &["--seconds", "6"]);
+    lab.hit();
+    let (mut last, mut highest) = (Value::Null, 0.0_f64);
+    let mut event = serde_json::Map::new();
+    while last["counts"].is_null() {
+        last = decoding.next();
+        for (name, values) in last.as_object().unwrap() {
+            match name.as_str() {
+                "Samples" => {
+                    let forces = ["Force1", "Force2", "Force3"].map(|force| number(&values[force]));
+                    highest = forces.into_iter().fold(highest, f64::max);
+                }
+                name if name.starts_with("Event") => event.extend(values.as_object().unwrap().clone()),
+                _ => {}
+            }
+        }
+    }
+    let counts = &last["counts"];
+    for name in ["Alarm", "EventJudgement", "EventForce", "EventInstant", "EventCourse", "EventMass"] {
+        assert_eq!(counts[name], 1, "{name}: {counts}");
+    }
+    assert!(number(&counts["Samples"]) > 1_000.0, "a thousand values a second, three to a frame: {counts}");
+    // A mean of 1 ms at the top of a blow of some 50 ms is the peak, but for the noise.
+    let peak = number(&event["Peak"]);
+    assert!((highest - peak).abs() < 0.01 * peak + 1.0, "{highest} N streamed, {event:?}");
+    assert!((number(&event["EffectiveMass"]) - 6.1).abs() < 1e-9, "{event:?}");
 }
 
 /// Every object reads as the EDS file says: type, access, and abort codes where it cannot.

@@ -1,30 +1,16 @@
 //! Campaigns of the concealing simulator, which shares nothing with the tool's own: nothing hidden is `consistent`, one plain effect
 //! is named, and drops of real balls show their air drag and nothing else. A sample; the seeds were not chosen for their outcome.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use serde_json::Value;
+use tempfile::TempDir;
 use thud_conceal::effect;
 use thud_conceal::mix::{self, Mix};
 use thud_conceal::{case, files};
 
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let folder = std::env::temp_dir().join(format!("thud-concealed-{}-{name}", std::process::id()));
-        let _ = std::fs::remove_dir_all(&folder);
-        std::fs::create_dir_all(&folder).unwrap();
-        Self(folder)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
+mod shared_recordings;
 
 /// What the tool says to a campaign, in a process that has nothing but the campaign.
 fn diagnosed(campaign: &Path) -> Value {
@@ -51,11 +37,11 @@ fn meant(answer: &Value) -> Vec<String> {
 
 #[test]
 fn where_nothing_is_hidden_the_simulation_holds() {
-    let folder = Folder::new("absent");
+    let folder = TempDir::new().unwrap();
     for request in mix::requests(Mix::Absent, 4, 20, 8) {
         let name = format!("{:x}", request.seed);
-        files::write(&case::make(&request), &folder.0.join(&name), &name).unwrap();
-        let answer = diagnosed(&folder.0.join(&name));
+        files::write(&case::make(&request), &folder.path().join(&name), &name).unwrap();
+        let answer = diagnosed(&folder.path().join(&name));
         assert_eq!(answer["verdict"], "consistent", "seed {}: {:?}", request.seed, named(&answer));
     }
 }
@@ -64,12 +50,12 @@ fn where_nothing_is_hidden_the_simulation_holds() {
 /// taken for an elastic joint (docs/roadmap.md).
 #[test]
 fn one_plain_effect_is_named() {
-    let folder = Folder::new("plain");
+    let folder = TempDir::new().unwrap();
     let effects = ["hunt-crossley-damping", "guide-friction", "pad-relaxation", "piezo-discharge", "joint-elasticity"];
     let mut missed = Vec::new();
     for id in effects {
         let request = mix::only(effect::named(id).unwrap(), 4, 20, 8).pop().unwrap();
-        let campaign = folder.0.join(id);
+        let campaign = folder.path().join(id);
         files::write(&case::make(&request), &campaign, id).unwrap();
         let answer = diagnosed(&campaign);
         let (before, after) = (&answer["baseline"]["held_out_rmse"], &answer["model"]["held_out_rmse"]);
@@ -85,14 +71,8 @@ fn one_plain_effect_is_named() {
 /// and bowling balls. The heights scatter by 0.08 to 0.14 m.
 #[test]
 fn light_balls_show_air_drag_and_heavy_ones_nothing() {
-    let shared = std::env::var_os("THUD_SHARED")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared"), PathBuf::from);
-    let drops = shared.join("recordings/ball_drops");
-    if !drops.is_dir() {
-        eprintln!("SKIPPED: the drops are not at {}", drops.display());
-        return;
-    }
-    let folder = Folder::new("balls");
+    let Some(drops) = shared_recordings::find("ball_drops") else { return };
+    let folder = TempDir::new().unwrap();
     let light = [
         "whiffle_ball_1",
         "whiffle_ball_2",
@@ -103,7 +83,7 @@ fn light_balls_show_air_drag_and_heavy_ones_nothing() {
         "green_basketball",
     ];
     for (ball, drags) in light.iter().map(|ball| (*ball, true)).chain([("golf_ball", false), ("bowling_ball", false)]) {
-        let campaign = folder.0.join(ball);
+        let campaign = folder.path().join(ball);
         std::fs::create_dir_all(&campaign).unwrap();
         std::fs::copy(drops.join(format!("{ball}_drop1.csv")), campaign.join("drop.csv")).unwrap();
         let text = "format = \"thud-campaign/1\"\nname = \"drop\"\n[rig]\nkind = \"fall\"\n[chain]\nsample_rate_Hz = 20.0\n\

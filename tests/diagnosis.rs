@@ -1,53 +1,36 @@
 //! The tool from the outside: `diagnose` on simulated campaigns, its model in `simulate` and `evaluate`, and what bad input gets.
 
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output};
 
 use serde_json::Value;
+use tempfile::TempDir;
 
-/// A folder of its own, gone at the end.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let folder = std::env::temp_dir().join(format!("thud-diagnosis-{}-{name}", std::process::id()));
-        let _ = std::fs::remove_dir_all(&folder);
-        std::fs::create_dir_all(&folder).unwrap();
-        Self(folder)
-    }
-
-    fn read(&self, file: &str) -> String {
-        std::fs::read_to_string(self.0.join(file)).unwrap_or_else(|error| panic!("{file}: {error}"))
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
+fn read(folder: &TempDir, file: &str) -> String {
+    std::fs::read_to_string(folder.path().join(file)).unwrap_or_else(|error| panic!("{file}: {error}"))
 }
 
 fn thud(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_thud")).current_dir(folder).args(arguments).output().unwrap()
 }
 
-fn succeeds(folder: &Folder, arguments: &[&str]) -> String {
-    let output = thud(&folder.0, arguments);
+fn succeeds(folder: &TempDir, arguments: &[&str]) -> String {
+    let output = thud(folder.path(), arguments);
     assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
 }
 
 /// What it says when it refuses, without the frame and the line breaks of the terminal.
-fn refuses(folder: &Folder, arguments: &[&str]) -> String {
-    let output = thud(&folder.0, arguments);
+fn refuses(folder: &TempDir, arguments: &[&str]) -> String {
+    let output = thud(folder.path(), arguments);
     assert_eq!(output.status.code(), Some(2), "{arguments:?}");
     let words = String::from_utf8(output.stderr).unwrap();
     words.replace(['│', '×', '╭', '╰', '─'], " ").split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// Six recordings at 2 kHz of a rig with a pad, and what else is asked for.
-fn campaign(folder: &Folder, name: &str, more: &[&str]) {
+fn campaign(folder: &TempDir, name: &str, more: &[&str]) {
     let mut arguments = vec!["simulate", "--speeds", "0.1,0.2,0.3", "--masses", "4,8", "--repeats", "1"];
     arguments.extend(["--sample-rate", "2000", "--after", "0.2", "--out", name]);
     arguments.extend(more);
@@ -81,7 +64,7 @@ fn parameters_are(list: &Value) {
 
 #[test]
 fn an_answer_has_the_contracts_form_and_the_model_lives_on() {
-    let folder = Folder::new("answer");
+    let folder = TempDir::new().unwrap();
     let mut damped: Vec<&str> = RIG.into();
     damped.extend(["--mechanism", DAMPED, "--seed", "4"]);
     campaign(&folder, "damped", &damped);
@@ -121,7 +104,7 @@ fn an_answer_has_the_contracts_form_and_the_model_lives_on() {
     assert_eq!(rejected.len(), 2, "one line each");
     answer["rejected"].as_array().unwrap().iter().for_each(|rejected| has_keys(rejected, &["id", "because"]));
     assert!(number(&answer["model"], "held_out_rmse") < number(&answer["baseline"], "held_out_rmse"));
-    assert!(folder.read("page.html").contains("hunt-crossley-damping"));
+    assert!(read(&folder, "page.html").contains("hunt-crossley-damping"));
 
     // What was found is in the simulation from then on, and still holds on recordings that it makes.
     campaign(&folder, "next", &["--model", "better.toml", "--seed", "9"]);
@@ -140,9 +123,9 @@ fn an_answer_has_the_contracts_form_and_the_model_lives_on() {
     }
 
     // Without the damping, on the damped recordings, it does not.
-    let bare = folder.read("better.toml");
+    let bare = read(&folder, "better.toml");
     let bare = &bare[..bare.find("[[mechanism]]").unwrap()];
-    std::fs::write(folder.0.join("bare.toml"), bare).unwrap();
+    std::fs::write(folder.path().join("bare.toml"), bare).unwrap();
     let text = succeeds(&folder, &["evaluate", "bare.toml", "damped", "--json", "-"]);
     let evaluation: Value = serde_json::from_str(&text).unwrap();
     assert_ne!(evaluation["verdict"], "holds", "{evaluation}");
@@ -151,7 +134,7 @@ fn an_answer_has_the_contracts_form_and_the_model_lives_on() {
 
 #[test]
 fn a_rig_that_hides_nothing_is_consistent_in_a_screenful() {
-    let folder = Folder::new("nothing");
+    let folder = TempDir::new().unwrap();
     campaign(&folder, "plain", &[&RIG[..], &["--seed", "8"]].concat());
     let mut arguments = vec!["diagnose", "plain"];
     arguments.extend(FEW);
@@ -160,7 +143,7 @@ fn a_rig_that_hides_nothing_is_consistent_in_a_screenful() {
     assert!(text.lines().count() <= 40 && text.lines().all(|line| line.chars().count() <= 100), "{text}");
     // A stiffer spring is no new physics, but no longer this model.
     std::fs::write(
-        folder.0.join("soft.toml"),
+        folder.path().join("soft.toml"),
         "format = \"thud-model/1\"\nname = \"soft\"\n[rig]\nkind = \"impact\"\n\
          body_stiffness_N_per_m = { value = 15000.0, sd = 30.0 }\n\
          pad_stiffness_N_per_m = { value = 80000.0, sd = 20000.0 }\n",
@@ -173,7 +156,7 @@ fn a_rig_that_hides_nothing_is_consistent_in_a_screenful() {
 
 #[test]
 fn what_cannot_be_used_is_refused_with_a_sentence() {
-    let folder = Folder::new("refused");
+    let folder = TempDir::new().unwrap();
     campaign(&folder, "plain", &RIG);
     for option in ["--without", "--only"] {
         let words = refuses(&folder, &["diagnose", "plain", option, "rust"]);
@@ -182,15 +165,15 @@ fn what_cannot_be_used_is_refused_with_a_sentence() {
     assert!(refuses(&folder, &["mechanisms", "rust"]).contains("no mechanism is called `rust`"));
     assert!(refuses(&folder, &["diagnose", "nowhere"]).contains("give the path of an existing file"));
 
-    let toml = folder.read("plain/campaign.toml");
-    std::fs::write(folder.0.join("plain/campaign.toml"), toml.replacen("sd = ", "sd = -", 1)).unwrap();
+    let toml = read(&folder, "plain/campaign.toml");
+    std::fs::write(folder.path().join("plain/campaign.toml"), toml.replacen("sd = ", "sd = -", 1)).unwrap();
     let words = refuses(&folder, &["diagnose", "plain"]);
     assert!(words.contains("campaign.toml") && words.contains("one standard deviation"), "{words}");
 
     // Nothing in any recording rises above its noise.
-    std::fs::write(folder.0.join("plain/campaign.toml"), &toml).unwrap();
+    std::fs::write(folder.path().join("plain/campaign.toml"), &toml).unwrap();
     for number in 1..=6 {
-        let path = folder.0.join(format!("plain/recordings/{number:03}.csv"));
+        let path = folder.path().join(format!("plain/recordings/{number:03}.csv"));
         let quiet: String = (0..400)
             .fold("time_s,force_N\n".to_owned(), |text, n| text + &format!("{},{}\n", f64::from(n) * 5e-4, n % 2));
         std::fs::write(path, quiet).unwrap();
@@ -200,14 +183,14 @@ fn what_cannot_be_used_is_refused_with_a_sentence() {
 
     // A model of another experiment.
     let model = "format = \"thud-model/1\"\nname = \"fall\"\n[rig]\nkind = \"fall\"\n";
-    std::fs::write(folder.0.join("fall.toml"), model).unwrap();
+    std::fs::write(folder.path().join("fall.toml"), model).unwrap();
     let words = refuses(&folder, &["evaluate", "fall.toml", "plain"]);
     assert!(words.contains("\"fall\"") && words.contains("\"impact\""), "{words}");
 }
 
 #[test]
 fn every_mechanism_can_be_looked_up() {
-    let folder = Folder::new("mechanisms");
+    let folder = TempDir::new().unwrap();
     let list: Value = serde_json::from_str(&succeeds(&folder, &["mechanisms", "--json", "-"])).unwrap();
     let table = succeeds(&folder, &["mechanisms"]);
     assert!(list.as_array().unwrap().len() >= 26);

@@ -21,6 +21,9 @@ use thud_firmware::limits::Region;
 use thud_firmware::units::Kilogram;
 use thud_sim::chain::ChainSettings;
 use thud_sim::rig::{Approach, Rig};
+use virtual_time::{follow, pass};
+
+mod virtual_time;
 
 /// What happens to a frame on its way to the host.
 type Fault = Rc<RefCell<dyn FnMut(&mut Frame) -> bool>>;
@@ -82,20 +85,7 @@ fn lab(fault: impl FnMut(&mut Frame) -> bool + 'static) -> (SimulatedSensor, Cli
 
 /// The sensor settles for about a second after power-up.
 fn settle(client: &mut Client) {
-    let until = client.line().now() + Duration::from_secs(2);
-    while client.line().now() < until {
-        client.line().next(Duration::from_millis(100)).unwrap();
-    }
-}
-
-/// Follows for a while.
-fn follow(watch: &mut Watch, client: &mut Client, span: Duration) -> Vec<Happening> {
-    let until = client.line().now() + span;
-    let mut all = Vec::new();
-    while client.line().now() < until {
-        all.extend(watch.next(client, Duration::from_millis(20)).unwrap());
-    }
-    all
+    pass(client, Duration::from_secs(2));
 }
 
 fn events(happenings: &[Happening]) -> Vec<&SeenEvent> {

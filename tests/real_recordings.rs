@@ -1,28 +1,16 @@
 //! Recordings of real impacts through the sensor's logic: every blow found once, the rebound separately, nothing before
 //! contact.
 //!
-//! The recordings are not part of the project. They lie beside the workspace in `../shared/recordings`, or in the folder
-//! that `THUD_SHARED` names; where they are absent these tests say so and are skipped.
+//! They need the recordings of `shared_recordings.rs`.
 
-use std::path::PathBuf;
-
+use shared_recordings::find;
 use thud::recording::{self, FORCE, Recording};
 use thud::replay::{Outcome, ReplayError, replay};
 use thud_firmware::configuration::Configuration;
 use thud_firmware::limits::Region;
 use thud_firmware::units::Kilogram;
 
-/// The file, or `None` and a word about it where the recordings are absent.
-fn find(file: &str) -> Option<PathBuf> {
-    let shared = std::env::var_os("THUD_SHARED")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared"), PathBuf::from);
-    let folder = shared.join("recordings");
-    if !folder.is_dir() {
-        eprintln!("SKIPPED: the real recordings are not at {}", folder.display());
-        return None;
-    }
-    Some(folder.join(file))
-}
+mod shared_recordings;
 
 fn configuration() -> Configuration {
     Configuration { region: Some(Region::Chest), effective_mass: Some(Kilogram(6.0)), ..Configuration::DEFAULT }

@@ -11,7 +11,7 @@
 //! ([`Captures::lost_curves`]): sensing goes before keeping.
 //!
 //! A curve that is being uploaded is not overwritten ([`Captures::reserve`]). An impact that ends meanwhile is evaluated from its
-//! own slot, which then becomes the ring again, so that events go on; its curve is gone, and counted. Between its end
+//! own slot, which then becomes the ring again, so that events go on; its curve is gone, and counted ([`LostCurves::not_kept`]). Between its end
 //! and its evaluation (25 to 150 ms on the board) there is no ring: an impact that begins within that time has no
 //! pre-trigger, and the one before it an event without values, marked `lost-samples`, should it not have been evaluated by
 //! then. A third slot would cure it and does not fit into the memory that the board grants.
@@ -63,6 +63,8 @@ pub struct LostCurves {
     pub unevaluated: u32,
     /// Evaluated, but the curve was never fetched by a host.
     pub unfetched: u32,
+    /// Evaluated, but never to be had, because another curve was being uploaded.
+    pub not_kept: u32,
 }
 
 /// Both slots, shared between the sampler (writes) and evaluation and download (read).
@@ -178,7 +180,7 @@ impl<const N: usize> Captures<N> {
     pub const fn new() -> Self {
         Self {
             slots: [const { Mutex::new(RefCell::new(Slot::EMPTY)) }; 2],
-            lost: Mutex::new(RefCell::new(LostCurves { unevaluated: 0, unfetched: 0 })),
+            lost: Mutex::new(RefCell::new(LostCurves { unevaluated: 0, unfetched: 0, not_kept: 0 })),
             reserved: Mutex::new(Cell::new(0)),
         }
     }
@@ -206,7 +208,10 @@ impl<const N: usize> Captures<N> {
             returns
         });
         if lost {
-            self.count(Use::Finished { evaluated: true, fetched: false });
+            self.lost.lock(|lost| {
+                let mut lost = lost.borrow_mut();
+                lost.not_kept = lost.not_kept.saturating_add(1);
+            });
         }
     }
 
@@ -370,6 +375,25 @@ impl<const N: usize> Curve for CapturedCurve<'_, N> {
     }
 }
 
+/// Codes as a curve from sample 0 on.
+#[cfg(test)]
+impl Curve for std::vec::Vec<AdcCode> {
+    fn len(&self) -> usize {
+        self.as_slice().len()
+    }
+
+    fn first_index(&self) -> u64 {
+        0
+    }
+
+    fn read(&self, offset: usize, into: &mut [AdcCode]) -> usize {
+        let rest = self.get(offset..).unwrap_or_default();
+        let count = into.len().min(rest.len());
+        into[..count].copy_from_slice(&rest[..count]);
+        count
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::vec::Vec;
@@ -418,16 +442,16 @@ mod tests {
         captures.open(B, 55);
         assert_eq!(captures.finish(B, 60), A);
         captures.append(A, &codes(60..70));
-        assert_eq!(captures.lost_curves(), LostCurves { unevaluated: 1, unfetched: 0 });
+        assert_eq!(captures.lost_curves(), LostCurves { unevaluated: 1, ..LostCurves::default() });
         assert_eq!(all(&stale), []);
         captures.mark_evaluated(B);
         captures.open(A, 65);
         captures.finish(A, 70);
-        assert_eq!(captures.lost_curves(), LostCurves { unevaluated: 1, unfetched: 1 });
+        assert_eq!(captures.lost_curves(), LostCurves { unevaluated: 1, unfetched: 1, not_kept: 0 });
         captures.mark_evaluated(A);
         captures.mark_fetched(A);
         captures.finish(B, 70);
-        assert_eq!(captures.lost_curves(), LostCurves { unevaluated: 1, unfetched: 1 });
+        assert_eq!(captures.lost_curves(), LostCurves { unevaluated: 1, unfetched: 1, not_kept: 0 });
     }
 
     /// What begins just as an impact is closed has its own beginning in its curve.
@@ -471,7 +495,7 @@ mod tests {
         }
         assert_eq!(captures.curve(B).first_index(), u64::from(next), "the ring goes on with the next sample");
         assert_eq!(all(&uploaded), codes(15..30));
-        assert_eq!(captures.lost_curves(), LostCurves { unevaluated: 0, unfetched: 5 });
+        assert_eq!(captures.lost_curves(), LostCurves { not_kept: 5, ..LostCurves::default() });
         captures.reserve(None);
         captures.append(B, &codes(next..next + 30));
         captures.open(B, u64::from(next) + 25);
@@ -498,7 +522,7 @@ mod tests {
         // Its evaluation, had it begun, marks nothing of the new curve.
         captures.mark_evaluated(B);
         assert_eq!(captures.finish(B, 80), B);
-        assert_eq!(captures.lost_curves(), LostCurves { unevaluated: 1, unfetched: 0 });
+        assert_eq!(captures.lost_curves(), LostCurves { unevaluated: 1, ..LostCurves::default() });
     }
 
     #[test]

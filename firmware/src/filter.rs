@@ -72,6 +72,19 @@ impl LowPass {
         state.low = y + by;
         y
     }
+
+    /// Both passes over a force that is all there: forward from rest, backward as if it stayed what it is at the end. It has no
+    /// delay. What `impact::verdict_filter` does by pieces, for a curve that fits into memory.
+    pub fn forth_and_back(&self, forces: &mut [f32]) {
+        let mut forth = State::default();
+        for force in forces.iter_mut() {
+            *force = self.step(&mut forth, *force);
+        }
+        let mut back = State::steady(forces.last().copied().unwrap_or(0.0));
+        for force in forces.iter_mut().rev() {
+            *force = self.step(&mut back, *force);
+        }
+    }
 }
 
 /// Two passes in a row, for a force whose future is not known: the magnitude of the verdict filter, and a delay.

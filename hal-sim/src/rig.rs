@@ -27,7 +27,6 @@ mod integrate;
 mod motion;
 mod propagate;
 mod rosenbrock;
-mod schedule;
 mod springs;
 mod trajectory;
 
@@ -39,7 +38,6 @@ pub use assembly::{
 };
 pub use impact::{Contact, Impact, Quantity, Truth};
 pub use integrate::{Accuracy, Effort};
-pub use schedule::HitSchedule;
 pub use springs::{PAD_A10, PAD_A30, PAD_A70, Pad, SPRINGS_N_PER_M, SpringSet, pad_of, spring_set_of};
 
 /// What kind of experiment it is.

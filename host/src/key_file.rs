@@ -78,13 +78,13 @@ mod tests {
 
     #[test]
     fn a_key_is_drawn_once_and_then_read() {
-        let path = std::env::temp_dir().join(format!("thud-key-{}", std::process::id()));
-        let _ = std::fs::remove_file(&path);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("lab.key");
         let drawn = read_or_draw(&path).unwrap();
         assert_eq!(read_or_draw(&path).unwrap(), drawn);
         assert_eq!(read(&path).unwrap(), drawn);
         std::fs::remove_file(&path).unwrap();
         let error = read(&path).unwrap_err();
-        assert!(error.file().contains("thud-key"));
+        assert!(error.file().ends_with("lab.key"));
     }
 }

@@ -13,6 +13,7 @@ mod size;
 mod step;
 mod target;
 mod test;
+mod vcan;
 
 use std::process::ExitCode;
 
@@ -25,6 +26,7 @@ Chores:
   size                 build the firmware for the board; its flash and memory beside the budget
   emulator             run the firmware's ELF file on an emulated board, with all its tests
   qemu                 the logic on a Cortex-M4F in QEMU: the desktop's events bit for bit, instructions a sample
+  vcan                 SocketCAN and can-utils on virtual buses; brings a kernel along where this one has no CAN
   where ADDRESS...     the places in the source that the addresses of a panic record mean
   dictionary           write docs/can/ (EDS, DBC, object table) from the firmware's object dictionary
   dictionary NODE...   print a DBC file for sensors with these node ids (1 to 127, or 0x01 to 0x7F)
@@ -44,6 +46,7 @@ fn main() -> ExitCode {
         Some("size") => target::toolchain().and_then(|found| found.map_or(Ok(()), size::run)),
         Some("emulator") => target::toolchain().and_then(|found| found.map_or(Ok(()), emulator::run)),
         Some("qemu") => target::toolchain().and_then(|found| found.map_or(Ok(()), qemu::run)),
+        Some("vcan") => vcan::run(),
         Some("where") => addresses::run(&arguments.collect::<Vec<_>>()),
         Some("tables") => test::tables(),
         Some("dictionary") => dictionary::run(&arguments.collect::<Vec<_>>()),

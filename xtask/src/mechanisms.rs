@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use thud_sim::mechanism::{Group, LIST, Mechanism, Search};
+use thud_sim::mechanism::{Group, LIST, Mechanism};
 
 use crate::step;
 
@@ -58,20 +58,16 @@ fn section(text: &mut String, mechanism: &Mechanism) {
     text.push_str("| parameter | unit | meaning | usual | possible | absent | |\n|---|---|---|---|---|---|---|\n");
     for parameter in mechanism.parameters {
         let range = |(low, high): (f64, f64)| format!("{low} to {high}");
-        let how = match parameter.search {
-            Search::Held | Search::Whole(_) => "held, not fitted",
-            Search::EachImpact | Search::EachInstant => "each impact has its own",
-            _ => "",
-        };
         let _ = writeln!(
             text,
-            "| `{}` | {} | {} | {} | {} | {} | {how} |",
+            "| `{}` | {} | {} | {} | {} | {} | {} |",
             parameter.name,
             parameter.unit,
             parameter.meaning.replace('|', "\\|"),
             range(parameter.plausible),
             range(parameter.range),
             parameter.null.map_or_else(String::new, |null| null.to_string()),
+            parameter.search.remark(),
         );
     }
     let rivals: Vec<String> = mechanism.confused_with.iter().map(|id| format!("[`{id}`](#{id})")).collect();

@@ -366,7 +366,7 @@ impl<const N: usize> View<'_, N> {
             4 => outbox.refused.saturating_add(counters.faults_untold),
             5 => counters.not_received,
             6 => self.shared.log.lock(|log| log.borrow().overwritten()),
-            7 => counters.torn_downloads,
+            7 => counters.torn_downloads.saturating_add(self.shared.captures.lost_curves().not_kept),
             8 => counters.bus_off,
             9 => counters.not_evaluated,
             10 => counters.alarms_withheld,

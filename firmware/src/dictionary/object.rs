@@ -468,7 +468,7 @@ pub static OBJECTS: &[Object] = &[
             ro(4, "Frames refused", UInt32, "found the queue full", ""),
             ro(5, "Frames not received", UInt32, "receive buffer full", ""),
             ro(6, "Events overwritten", UInt32, "in the log", ""),
-            ro(7, "Curves overwritten", UInt32, "while they were downloaded", ""),
+            ro(7, "Curves overwritten", UInt32, "while they were downloaded, or not kept because another was", ""),
             ro(8, "Bus-off", UInt32, "times", ""),
             ro(9, "Impacts not evaluated", UInt32, "evaluation was too slow", ""),
             ro(10, "Alarms withheld", UInt32, "not Operational or alarm switched off", ""),

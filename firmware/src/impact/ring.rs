@@ -395,29 +395,10 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
     use std::vec::Vec;
 
-    struct Codes(Vec<AdcCode>);
-
-    impl Curve for Codes {
-        fn len(&self) -> usize {
-            self.0.len()
-        }
-
-        fn first_index(&self) -> u64 {
-            0
-        }
-
-        fn read(&self, offset: usize, into: &mut [AdcCode]) -> usize {
-            let rest = &self.0[offset.min(self.0.len())..];
-            let count = into.len().min(rest.len());
-            into[..count].copy_from_slice(&rest[..count]);
-            count
-        }
-    }
-
     const NOISE: f32 = 0.3;
 
     /// The codes of a force under evenly spread noise of 0.3 N rms.
-    fn codes(samples: usize, mut force: impl FnMut(usize) -> f32) -> Codes {
+    fn codes(samples: usize, mut force: impl FnMut(usize) -> f32) -> Vec<AdcCode> {
         let mut random = ChaCha8Rng::seed_from_u64(7);
         let chain = Configuration::DEFAULT.chain;
         let code = |n| {
@@ -425,7 +406,7 @@ mod tests {
             let code = libm::roundf((force(n) + noise) / chain.newton_per_code) as i32;
             (code + i32::from(chain.zero_code)) as AdcCode
         };
-        Codes((0..samples).map(code).collect())
+        (0..samples).map(code).collect()
     }
 
     fn flank(inside: usize, to_end: usize, peak: f32) -> Flank {

@@ -65,3 +65,33 @@ pub fn backward<C: Curve>(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::vec::Vec;
+
+    use super::*;
+    use crate::board::AdcCode;
+    use crate::idle::Baseline;
+    use crate::units::Hertz;
+
+    /// By pieces and at once, bit for bit; over lengths that end within a piece, at one and at a stretch's end.
+    #[test]
+    fn by_pieces_is_the_same_as_at_once() {
+        let filter = LowPass::of_two_passes(Hertz(300.0), Hertz(20_000.0));
+        let baseline = Baseline::default();
+        for len in [1, 100, PIECE, 5 * PIECE + 7, KEPT * PIECE, 2 * KEPT * PIECE + 1, 14_336] {
+            let codes: Vec<AdcCode> = (0..len).map(|at| (at * 7_919 % 30_011) as AdcCode).collect();
+            let force = Force::bare(&codes, &baseline);
+            let from = len / 3;
+            let mut whole = std::vec![0.0; len - from];
+            force.for_each(from, len, |at, x| whole[at - from] = x);
+            filter.forth_and_back(&mut whole);
+            let mut by_pieces = Vec::new();
+            backward(&force, &filter, from, len, |at, y| by_pieces.push((at, y)));
+            by_pieces.reverse();
+            let expected: Vec<(usize, f32)> = whole.into_iter().enumerate().map(|(at, y)| (from + at, y)).collect();
+            assert!(by_pieces == expected, "{len}");
+        }
+    }
+}

@@ -92,7 +92,7 @@ impl Controller {
     /// The next frame that has arrived, without waiting for it.
     #[must_use]
     pub fn arrival(&self) -> Option<Arrival> {
-        self.take()
+        self.wire.borrow_mut().take(self.node)
     }
 
     /// What it last saw go wrong since this was last asked.
@@ -104,10 +104,6 @@ impl Controller {
     pub(super) fn queue(&self, frame: &Frame) {
         // A host's queue has no end.
         let _ = self.wire.borrow_mut().load(self.node, frame);
-    }
-
-    pub(super) fn take(&self) -> Option<Arrival> {
-        self.wire.borrow_mut().take(self.node)
     }
 
     pub(super) fn unsent(&self) -> usize {

@@ -35,7 +35,7 @@ impl HostPort {
     /// The next arrival, if there is one.
     #[must_use]
     pub fn receive(&self) -> Option<Arrival> {
-        self.controller.take()
+        self.controller.arrival()
     }
 
     /// Frames that wait to be sent.

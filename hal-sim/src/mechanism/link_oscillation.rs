@@ -43,25 +43,15 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         },
         Parameter {
             name: "phase_rad",
-            unit: "rad",
             meaning: "phase φ_0 at the first impact's contact; 0 where the sway is fastest towards the rig",
-            null: None,
-            range: (-7.0, 7.0),
-            plausible: (-3.2, 3.2),
-            typical: 0.0,
-            scale: Scale::Linear,
-            search: Search::EachImpact,
+            ..Parameter::ANGLE
         },
         Parameter {
             name: "phase_step_rad",
-            unit: "rad",
             meaning: "from one impact's phase to the next one's",
-            null: None,
-            range: (-7.0, 7.0),
-            plausible: (-3.2, 3.2),
             typical: 2.4,
-            scale: Scale::Linear,
             search: Search::Held,
+            ..Parameter::ANGLE
         },
     ],
     signature: "sway of displacement and speed before contact; peaks that scatter more than the speed is uncertain, slow pulses the most",

@@ -65,7 +65,32 @@ pub enum Scale {
     Logarithmic,
 }
 
+impl Search {
+    /// What a person is to know of it beside the ranges; mostly nothing.
+    #[must_use]
+    pub const fn remark(self) -> &'static str {
+        match self {
+            Self::Held | Self::Whole(_) => "held, not fitted",
+            Self::EachImpact | Self::EachInstant => "each impact has its own",
+            _ => "",
+        }
+    }
+}
+
 impl Parameter {
+    /// An angle; its name, meaning and search are its mechanism's.
+    pub(super) const ANGLE: Self = Self {
+        name: "",
+        unit: "rad",
+        meaning: "",
+        null: None,
+        range: (-7.0, 7.0),
+        plausible: (-3.2, 3.2),
+        typical: 0.0,
+        scale: Scale::Linear,
+        search: Search::EachImpact,
+    };
+
     /// Whether it is held at its value when a mechanism is fitted.
     #[must_use]
     pub fn is_held(&self) -> bool {

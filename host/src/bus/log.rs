@@ -208,31 +208,10 @@ fn describe(path: &Path) -> String {
 mod tests {
     use super::*;
 
-    fn log(text: &[u8]) -> (LogBus, tempfile::Path) {
-        let path = tempfile::Path::new(text);
-        (LogBus::open(&path.0, None).unwrap(), path)
-    }
-
-    /// A file that goes with the test.
-    mod tempfile {
-        pub struct Path(pub std::path::PathBuf);
-
-        impl Path {
-            pub fn new(text: &[u8]) -> Self {
-                use std::sync::atomic::{AtomicU32, Ordering};
-                static NUMBER: AtomicU32 = AtomicU32::new(0);
-                let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-                let path = std::env::temp_dir().join(format!("thud-log-{}-{number}", std::process::id()));
-                std::fs::write(&path, text).unwrap();
-                Self(path)
-            }
-        }
-
-        impl Drop for Path {
-            fn drop(&mut self) {
-                let _ = std::fs::remove_file(&self.0);
-            }
-        }
+    fn log(text: &[u8]) -> (LogBus, tempfile::TempPath) {
+        let path = tempfile::NamedTempFile::new().unwrap().into_temp_path();
+        std::fs::write(&path, text).unwrap();
+        (LogBus::open(&path, None).unwrap(), path)
     }
 
     #[test]

@@ -262,24 +262,4 @@ mod tests {
         let help = help.expect("a remedy");
         assert!(help.contains("ip link add vcan93") || help.contains("slcan"), "{help}");
     }
-
-    /// Needs an interface `vcan0`: `modprobe vcan; ip link add vcan0 type vcan; ip link set vcan0 up`.
-    #[test]
-    fn a_frame_reaches_the_others_and_not_its_sender() {
-        let (mut one, mut other) = match (SocketCanBus::open("vcan0"), SocketCanBus::open("vcan0")) {
-            (Ok(one), Ok(other)) => (one, other),
-            (Err(error), _) | (_, Err(error)) => {
-                println!("skipped, no vcan0 here: {error}");
-                return;
-            }
-        };
-        for length in 0..=8 {
-            let frame = Frame::new(0x7FF, &[0xA5; 8][..length]).unwrap();
-            one.send(&frame).unwrap();
-            let heard = other.receive(Duration::from_secs(5)).unwrap();
-            assert_eq!(heard.map(|stamped| stamped.frame), Some(frame));
-        }
-        assert_eq!(one.receive(Duration::from_millis(20)).unwrap(), None);
-        assert_eq!((one.counters().sent, other.counters().received, other.counters().lost), (9, 9, 0));
-    }
 }

@@ -191,13 +191,6 @@ proptest! {
     }
 }
 
-/// A folder below the build's own temporary folder, empty at first.
-fn folder(name: &str) -> std::path::PathBuf {
-    let folder = std::env::temp_dir().join(format!("thud-campaign-{}-{name}", std::process::id()));
-    let _ = std::fs::remove_dir_all(&folder);
-    folder
-}
-
 fn force(values: [f64; 3]) -> recording::Recording {
     let times = vec![0.0, 1e-4, 2e-4];
     let channel = recording::Channel { name: recording::FORCE.to_owned(), values: values.to_vec() };
@@ -206,46 +199,43 @@ fn force(values: [f64; 3]) -> recording::Recording {
 
 #[test]
 fn a_folder_is_written_and_loaded() {
-    let folder = folder("round-trip");
+    let folder = tempfile::tempdir().unwrap();
     let recording = force([0.0, 1.0, -0.07]);
-    contract().write(&folder, std::slice::from_ref(&recording)).unwrap();
-    let loaded = load(&folder).unwrap();
+    contract().write(folder.path(), std::slice::from_ref(&recording)).unwrap();
+    let loaded = load(folder.path()).unwrap();
     assert_eq!(loaded.campaign, contract());
     assert_eq!(loaded.recordings, [recording]);
     assert_eq!(loaded.warnings, [] as [String; 0]);
-    assert_eq!(load(&folder.join(FILE_NAME)).unwrap().campaign, contract());
-    std::fs::remove_dir_all(folder).unwrap();
+    assert_eq!(load(&folder.path().join(FILE_NAME)).unwrap().campaign, contract());
 }
 
 #[test]
 fn missing_files_and_channels_are_said_where_they_are_named() {
-    let folder = folder("missing");
-    let error = load(&folder).unwrap_err();
+    let folder = tempfile::tempdir().unwrap();
+    let error = load(folder.path()).unwrap_err();
     assert!(error.to_string().contains("campaign.toml"), "{error}");
 
-    contract().write(&folder, &[force([0.0; 3])]).unwrap();
-    let csv = folder.join("recordings/001.csv");
+    contract().write(folder.path(), &[force([0.0; 3])]).unwrap();
+    let csv = folder.path().join("recordings/001.csv");
     std::fs::write(&csv, "time_s,height_m\n0,0\n0.0001,0\n").unwrap();
-    let error = load(&folder).unwrap_err();
+    let error = load(folder.path()).unwrap_err();
     assert!(error.problem().contains("`force_N` is no column of"), "{error}");
     assert!(error.remedy().contains("height_m"));
 
     std::fs::remove_file(&csv).unwrap();
-    let error = load(&folder).unwrap_err();
+    let error = load(folder.path()).unwrap_err();
     assert!(error.problem().contains("001.csv does not exist"), "{error}");
     let line = contract().to_toml().lines().position(|line| line.starts_with("file = ")).unwrap() + 1;
     assert_eq!(error.line(), Some(line));
-    std::fs::remove_dir_all(folder).unwrap();
 }
 
 #[test]
 fn what_contradicts_the_stated_chain_is_said() {
-    let folder = folder("warnings");
+    let folder = tempfile::tempdir().unwrap();
     let mut campaign = contract();
     campaign.chain.sample_rate_hz = 20_000.0;
-    campaign.write(&folder, &[force([0.0, 5_000.0, 0.0])]).unwrap();
-    let warnings = load(&folder).unwrap().warnings;
+    campaign.write(folder.path(), &[force([0.0, 5_000.0, 0.0])]).unwrap();
+    let warnings = load(folder.path()).unwrap().warnings;
     assert_eq!(warnings.len(), 2, "{warnings:?}");
     assert!(warnings[0].contains("full scale") && warnings[1].contains("10000"), "{warnings:?}");
-    std::fs::remove_dir_all(folder).unwrap();
 }

@@ -230,6 +230,30 @@ struct Followed {
 }
 
 impl Followed {
+    /// A sensor of which nothing is known but that it was heard.
+    fn new(sensor: Sensor, sample_rate: Hertz, at: Duration) -> Self {
+        Self {
+            sensor,
+            start: 0,
+            assembly: Assembly::new(),
+            since: at,
+            newest: 0,
+            counting: false,
+            missing: BTreeMap::new(),
+            sample_rate,
+            sample: (0, at),
+            polled: at,
+            heartbeat: Duration::ZERO,
+            heard: at,
+            state: None,
+            silent: false,
+            surplus: 0,
+            doubled: Vec::new(),
+            stream: SampleStream::default(),
+            overheard: 0,
+        }
+    }
+
     /// The full sample number whose low 32 bits these are: the one nearest to now; the low bits alone where nothing else is known.
     fn widen(&mut self, low: u32, now: Duration, only_heard: bool) -> u64 {
         if only_heard && self.sample.0 == 0 {
@@ -379,24 +403,14 @@ impl Watch {
         self.followed.insert(
             node,
             Followed {
-                sensor,
                 start,
-                assembly: Assembly::new(),
-                since: now,
                 newest,
                 counting: true,
-                missing: BTreeMap::new(),
-                sample_rate,
                 sample: (sample, now),
-                polled: now,
                 heartbeat: Duration::from_millis(heartbeat_ms.into()),
-                heard: now,
-                state: None,
-                silent: false,
                 surplus: client.line.surplus_answers(node),
                 doubled,
-                stream: SampleStream::default(),
-                overheard: 0,
+                ..Followed::new(sensor, sample_rate, now)
             },
         );
         Ok(())
@@ -405,26 +419,8 @@ impl Watch {
     /// A node that was heard, without asking it anything.
     fn hear(&mut self, client: &Client, node: u8, sample_rate: Hertz, at: Duration) -> &mut Followed {
         let read = |index, sub| client.line.overheard(node, index, sub);
-        let followed = self.followed.entry(node).or_insert_with(|| Followed {
-            sensor: Sensor { node, serial: 0 },
-            start: 0,
-            assembly: Assembly::new(),
-            since: at,
-            newest: 0,
-            counting: false,
-            missing: BTreeMap::new(),
-            sample_rate,
-            sample: (0, at),
-            polled: at,
-            heartbeat: Duration::ZERO,
-            heard: at,
-            state: None,
-            silent: false,
-            surplus: 0,
-            doubled: Vec::new(),
-            stream: SampleStream::default(),
-            overheard: 0,
-        });
+        let unknown = || Followed::new(Sensor { node, serial: 0 }, sample_rate, at);
+        let followed = self.followed.entry(node).or_insert_with(unknown);
         let overheard = client.line.overheard_count();
         if followed.overheard == overheard {
             // Nothing was asked since: a log has thousands of frames between two questions.
@@ -776,26 +772,8 @@ mod tests {
     use super::*;
 
     fn followed() -> Followed {
-        Followed {
-            sensor: Sensor { node: 32, serial: 7 },
-            start: 1,
-            assembly: Assembly::new(),
-            since: Duration::ZERO,
-            newest: 0,
-            counting: true,
-            missing: BTreeMap::new(),
-            sample_rate: Hertz(20_000.0),
-            sample: (0, Duration::ZERO),
-            polled: Duration::ZERO,
-            heartbeat: Duration::ZERO,
-            heard: Duration::ZERO,
-            state: None,
-            silent: false,
-            surplus: 0,
-            doubled: Vec::new(),
-            stream: SampleStream::default(),
-            overheard: 0,
-        }
+        let sensor = Sensor { node: 32, serial: 7 };
+        Followed { start: 1, counting: true, ..Followed::new(sensor, Hertz(20_000.0), Duration::ZERO) }
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use miette::miette;
 use serde::Serialize;
-use thud_sim::mechanism::{LIST, Mechanism, Parameter, Search};
+use thud_sim::mechanism::{LIST, Mechanism, Parameter};
 
 use crate::json::JsonOption;
 use crate::table::{Side, Table};
@@ -134,18 +134,13 @@ fn screen(mechanism: &'static Mechanism) -> String {
     ]);
     for parameter in mechanism.parameters {
         let range = |(low, high): (f64, f64)| format!("{low} to {high}");
-        let how = match parameter.search {
-            Search::Held | Search::Whole(_) => "held, not fitted",
-            Search::EachImpact | Search::EachInstant => "each impact has its own",
-            _ => "",
-        };
         table.row([
             parameter.name.to_owned(),
             parameter.unit.to_owned(),
             range(parameter.plausible),
             range(parameter.range),
             parameter.null.map_or_else(String::new, |null| null.to_string()),
-            how.to_owned(),
+            parameter.search.remark().to_owned(),
         ]);
     }
     let _ = writeln!(text, "{table}");

@@ -123,19 +123,24 @@ impl Record {
             );
         }
         interrupt::catch();
-        let mut client = Client::open(&self.bus.bus)?;
+        let answer = self.record(&mut Client::open(&self.bus.bus)?, duration)?;
+        self.json.write(&answer)
+    }
+
+    /// Fetches what there is and what comes, until enough is there or time is up.
+    fn record(&self, client: &mut Client, duration: Option<Duration>) -> miette::Result<Answer> {
         let progress = searching(&client.line().describe());
         let sensor = client.the_sensor(self.node)?;
         progress.finish_and_clear();
 
-        let mut session = Session::begin(&mut client, sensor, &self)?;
+        let mut session = Session::begin(client, sensor, self)?;
         let node = session.sensor.node;
-        let mut watch = Watch::new(&mut client, vec![session.sensor.clone()], true)?;
+        let mut watch = Watch::new(client, vec![session.sensor.clone()], true)?;
         let stored = client.stored_curves(node)?;
         if self.new_only {
             session.last_impact = stored.last().map(|(impact, _)| *impact);
         } else {
-            session.fetch_new(&mut client, self.count)?;
+            session.fetch_new(client, self.count)?;
         }
 
         let until = duration.map(|duration| client.line().now() + duration);
@@ -144,16 +149,22 @@ impl Record {
             && until.is_none_or(|until| client.line().now() < until)
             && self.count.is_none_or(|count| session.answer.recordings.len() < count)
         {
-            let happened = watch.next(&mut client, Duration::from_millis(50))?;
+            let happened = watch.next(client, Duration::from_millis(50))?;
             for happening in &happened {
                 session.hear(happening);
             }
             // Events of an impact come together, when its curve is complete.
-            if happened.iter().any(|happening| matches!(happening, Happening::Event(event) if event.contact == 0)) {
-                session.fetch_new(&mut client, self.count)?;
+            let blows = happened.iter().filter_map(|happening| match happening {
+                Happening::Event(event) if event.node == node && event.contact == 0 => Some(event.impact),
+                _ => None,
+            });
+            let blows: Vec<u16> = blows.collect();
+            if !blows.is_empty() {
+                session.fetch_new(client, self.count)?;
+                blows.into_iter().for_each(|impact| session.miss(impact));
             }
         }
-        session.finish(&mut client)
+        Ok(session.finish(client))
     }
 }
 
@@ -288,6 +299,17 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
+    /// Counts the curve of an impact that was told and is not among the stored ones: it was over while another was fetched.
+    fn miss(&mut self, low: u16) {
+        let Some(impact) = later(self.last_impact.unwrap_or(0), low) else { return };
+        if self.record.count.is_some_and(|count| self.answer.recordings.len() >= count) {
+            return;
+        }
+        self.last_impact = Some(impact);
+        self.answer.lost += 1;
+        self.note(format!("the curve of impact {impact} was not kept, because another one was being fetched"));
+    }
+
     /// Writes a curve, and the campaign that now has it.
     fn keep(&mut self, client: &mut Client, curve: &Curve) -> miette::Result<()> {
         let node = self.sensor.node;
@@ -380,9 +402,8 @@ impl<'a> Session<'a> {
         })
     }
 
-    fn finish(mut self, client: &mut Client) -> miette::Result<()> {
+    fn finish(mut self, client: &mut Client) -> Answer {
         self.answer.frames = client.counters();
-        self.record.json.write(&self.answer)?;
         self.say(&format!(
             "{} curves in {}, {} lost.",
             self.answer.recordings.len(),
@@ -390,7 +411,7 @@ impl<'a> Session<'a> {
             self.answer.lost
         ));
         self.say(&traffic(&client.line().describe(), &self.answer.frames));
-        Ok(())
+        self.answer
     }
 }
 
@@ -401,6 +422,12 @@ fn speed_from_impulse(impulse_ns: f64, mass_kg: f64) -> Estimate {
     const SD: f64 = 0.15 / (1.0 + RESTITUTION);
     let speed = impulse_ns / (mass_kg * (1.0 + RESTITUTION));
     Estimate::new(significant(speed, 4), significant(SD * speed, 2))
+}
+
+/// The number after `last` whose low 16 bits these are; `None` if they are those of `last` or of one before it.
+fn later(last: u32, low: u16) -> Option<u32> {
+    let ahead = low.wrapping_sub(last as u16);
+    (1..0x8000).contains(&ahead).then(|| last.wrapping_add(ahead.into()))
 }
 
 /// The new file replaces the old one whole, so that a campaign is never half-written.
@@ -415,7 +442,60 @@ fn write_campaign(folder: &Path, campaign: &Campaign) -> miette::Result<()> {
 
 #[cfg(test)]
 mod tests {
+    use std::cell::RefCell;
+    use std::rc::Rc;
+
+    use clap::Parser as _;
+    use thud_firmware::configuration::Configuration;
+    use thud_firmware::units::Kilogram;
+    use thud_sim::board::{BoardSettings, commission, firmware};
+    use thud_sim::bus::{BitRate, Traffic};
+    use thud_sim::force::Blows;
+    use thud_sim::world::World;
+
     use super::*;
+    use crate::bus::simulated::SimulatedBus;
+
+    #[derive(clap::Parser)]
+    struct Line {
+        #[command(flatten)]
+        record: Record,
+    }
+
+    /// Over a bus with 60 % of foreign load a curve takes longer than robots strike: each impact is either recorded or counted as lost.
+    #[test]
+    fn curves_that_could_not_be_kept_are_counted() {
+        let (mut world, blows) = (World::new(BitRate::MEGABIT, 3), Blows::new());
+        let board = world.add_board(BoardSettings::new(7, 3), blows.clone(), firmware);
+        let configuration = Configuration { effective_mass: Some(Kilogram(6.0)), ..Configuration::DEFAULT };
+        commission(world.board(board).flash(), configuration).unwrap();
+        for blow in 0..12 {
+            blows.strike(8.0 + 0.75 * f64::from(blow), 0.03, |since_s| {
+                90.0 * (since_s / 0.03 * std::f64::consts::PI).sin()
+            });
+        }
+        let others = Traffic { identifiers: 0x081..=0x0FF, ..Traffic::with_load(0.6) };
+        world.bus().attach_traffic("others", others);
+        let mut client = Client::new(Box::new(SimulatedBus::new(Rc::new(RefCell::new(world)))));
+        while client.line().now() < Duration::from_secs(3) {
+            client.line().next(Duration::from_millis(100)).unwrap();
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().to_str().unwrap();
+        let line = Line::parse_from(["record", "--out", out, "--count", "3", "--new-only"]);
+        let answer = line.record.record(&mut client, None).unwrap();
+        let impacts: Vec<u32> = answer.recordings.iter().map(|recorded| recorded.impact).collect();
+        assert!(answer.lost >= 1, "{impacts:?}");
+        assert_eq!(u64::from(impacts[2] - impacts[0] + 1), 3 + answer.lost, "{impacts:?} {:?}", answer.notes);
+        let said = "was not kept, because another one was being fetched";
+        assert!(answer.notes.iter().any(|note| note.contains(said)), "{:?}", answer.notes);
+    }
+
+    #[test]
+    fn an_impact_is_later_over_the_wrap_of_its_low_bits() {
+        assert_eq!((later(0, 1), later(7, 7), later(7, 6)), (Some(1), None, None));
+        assert_eq!((later(0x1_FFFE, 1), later(0x2_0001, 0xFFFE)), (Some(0x2_0001), None));
+    }
 
     #[test]
     fn the_speed_follows_from_impulse_and_mass() {

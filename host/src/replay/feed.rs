@@ -132,25 +132,30 @@ pub fn replay(
     // The quiet after the recording is as long as the last impact needs to close.
     let enough = prepared.end + (QUIET_AFTER_S * prepared.rate_hz) as u64;
     let mut next = 0;
-    for stretch in &prepared.stretches {
+    for (index, stretch) in prepared.stretches.iter().enumerate() {
         if stretch.first > next {
             let lost = u32::try_from(stretch.first - next).unwrap_or(u32::MAX);
             let signals = feed.sensor.overrun(Overrun { lost });
             feed.take(signals, next);
         }
         next = stretch.first;
-        for values in stretch.values.chunks(BLOCK) {
-            if next > enough && !feed.sensor.impact_open() {
+        let after = if index + 1 == prepared.stretches.len() { usize::MAX } else { 0 };
+        let mut values = stretch.values.iter().copied().chain(prepared.after_end().take(after));
+        while next <= enough || feed.sensor.impact_open() {
+            let (mut newtons, mut count) = ([0.0; BLOCK], 0);
+            for (newton, value) in newtons.iter_mut().zip(&mut values) {
+                *newton = value;
+                count += 1;
+            }
+            if count == 0 {
                 break;
             }
-            let mut newtons = [0.0; BLOCK];
-            newtons[..values.len()].copy_from_slice(values);
             let mut codes = [0; BLOCK];
-            chain.convert(&mut newtons[..values.len()], &mut codes[..values.len()]);
+            chain.convert(&mut newtons[..count], &mut codes[..count]);
             let info = BlockInfo { first_index: next, bias: chain.bias() };
-            let signals = feed.sensor.push(&codes[..values.len()], &info);
+            let signals = feed.sensor.push(&codes[..count], &info);
             feed.take(signals, next);
-            next += values.len() as u64;
+            next += count as u64;
         }
     }
     let mut replayed = feed.replayed;

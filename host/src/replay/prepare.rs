@@ -60,6 +60,8 @@ pub struct Prepared {
     pub plateau_n: Option<f64>,
     /// What was done to the recording, one sentence each.
     pub notes: Vec<String>,
+    /// What its idle samples go on with.
+    quiet: Quiet,
 }
 
 impl Prepared {
@@ -67,6 +69,13 @@ impl Prepared {
     #[must_use]
     pub fn time_s(&self, sample: f64) -> f64 {
         self.origin_s + sample / self.rate_hz
+    }
+
+    /// Quiet after the end, N: what an impact needs to close, as long as the firmware may need it.
+    pub fn after_end(&self) -> impl Iterator<Item = f64> + '_ {
+        let in_recording = |sample: u64| sample as i64 - self.begin as i64;
+        let longest = (LONGEST_AFTER_S * self.rate_hz).ceil() as u64;
+        (0..longest).map(move |sample| self.quiet.after(in_recording(self.end), in_recording(self.end + sample)))
     }
 }
 
@@ -169,10 +178,9 @@ pub fn prepare(
         stretches[0].values.splice(0..0, (0..lead).map(|sample| quiet.at(sample as i64 - lead as i64)));
     }
 
-    let last = stretches.last_mut().expect("a recording has samples");
+    let last = stretches.last().expect("a recording has samples");
     let end = last.first + last.values.len() as u64;
     let cut = last.values.last().is_some_and(|force| (force - quiet.level()).abs() > CUT_N.max(6.0 * resolution_n));
-    let tail = (LONGEST_AFTER_S * rate).ceil() as u64;
     if cut {
         notes.push(format!(
             "it ends at {} s while {:.1} N act: a contact that lasts until then is cut, and marked truncated",
@@ -180,9 +188,6 @@ pub fn prepare(
             last.values[last.values.len() - 1] - quiet.level()
         ));
     }
-    let in_recording = |sample: u64| sample as i64 - lead as i64;
-    last.values.extend((end..end + tail).map(|sample| quiet.after(in_recording(end), in_recording(sample))));
-
     Ok(Prepared {
         rate_hz: rate,
         origin_s: times[0] - lead as f64 / rate,
@@ -194,6 +199,7 @@ pub fn prepare(
         cut,
         plateau_n: plateau_n.map(|(level, _)| level),
         notes,
+        quiet,
     })
 }
 

@@ -3,7 +3,7 @@
 use thud_firmware::board::AdcCode;
 use thud_firmware::calibration::Calibration;
 use thud_firmware::configuration::{Chain, FilterProfile};
-use thud_firmware::filter::{LowPass, State};
+use thud_firmware::filter::LowPass;
 use thud_firmware::idle::Baseline;
 use thud_firmware::units::{Hertz, Second};
 
@@ -56,15 +56,11 @@ impl ForceCurve {
     }
 }
 
-/// The zero-phase filter of the verdict: forward from rest, backward from its last value, as the firmware does it.
+/// The force through the filter of the verdict.
 pub(super) fn judged(raw: &[f32], filter: FilterProfile, sample_rate: Hertz) -> Vec<f32> {
-    let Some(corner) = filter.corner() else { return raw.to_vec() };
-    let pass = LowPass::of_two_passes(corner, sample_rate);
-    let mut state = State::default();
-    let mut values: Vec<f32> = raw.iter().map(|value| pass.step(&mut state, *value)).collect();
-    let mut back = State::steady(values.last().copied().unwrap_or(0.0));
-    for value in values.iter_mut().rev() {
-        *value = pass.step(&mut back, *value);
+    let mut values = raw.to_vec();
+    if let Some(corner) = filter.corner() {
+        LowPass::of_two_passes(corner, sample_rate).forth_and_back(&mut values);
     }
     values
 }

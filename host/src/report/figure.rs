@@ -125,8 +125,8 @@ impl Figure {
             .y_labels(8)
             .x_desc(self.x_label)
             .y_desc(self.y_label)
-            .x_label_formatter(&|value| number(*value, self.x.1 - self.x.0))
-            .y_label_formatter(&|value| number(*value, self.y.1 - self.y.0))
+            .x_label_formatter(&|value| tick(*value, self.x.1 - self.x.0))
+            .y_label_formatter(&|value| tick(*value, self.y.1 - self.y.0))
             .label_style((FONT, 13))
             .axis_desc_style((FONT, 14))
             .draw()?;
@@ -190,20 +190,43 @@ impl Figure {
         }
         for spot in &self.spots {
             let style = (FONT, 13).into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center));
+            let height = |at: (f64, f64)| chart.backend_coord(&at).1;
+            let levels: Vec<i32> = self.levels.iter().map(|level| height((level.to, level.value))).collect();
             let place = EmptyElement::at(spot.at)
                 + Circle::new((0, 0), 4, BLACK.stroke_width(2))
-                + Text::new(spot.label.clone(), (9, -9), style);
+                + Text::new(spot.label.clone(), (9, clear(height(spot.at), &levels)), style);
             chart.draw_series(std::iter::once(place))?;
         }
         area.present()
     }
 }
 
+/// How far from a spot its word stands, downward in pixels like all heights here: where no level runs through it.
+fn clear(spot: i32, levels: &[i32]) -> i32 {
+    /// Half the height of a word, and a little.
+    const HALF: i32 = 9;
+    let free = |shift: &i32| levels.iter().all(|level| (spot + shift - level).abs() > HALF);
+    [-9, 11, -28, 30].into_iter().find(free).unwrap_or(-9)
+}
+
 /// A tick's number with the digits that its axis needs.
-fn number(value: f64, span: f64) -> String {
-    let decimals = (2.0 - span.abs().log10()).ceil().clamp(0.0, 6.0) as usize;
+pub(crate) fn tick(value: f64, span: f64) -> String {
+    let decimals = (2.0 - span.abs().log10()).ceil().clamp(0.0, 7.0) as usize;
     let text = format!("{value:.decimals$}");
     // Ticks are round: trailing zeros say nothing.
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text };
     if text == "-0" { "0".to_owned() } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_word_stands_where_no_level_runs_through_it() {
+        assert_eq!(clear(100, &[]), -9);
+        assert_eq!(clear(100, &[95]), 11, "the level just above the spot");
+        assert_eq!(clear(100, &[91, 112]), -28, "one above and one below");
+        assert_eq!(clear(100, &[300]), -9);
+    }
 }

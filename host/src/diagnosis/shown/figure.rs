@@ -6,6 +6,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::pictured::Pictured;
 use crate::report::curve::thinned;
+pub(super) use crate::report::figure::tick;
 
 pub(super) const OBSERVED: RGBColor = RGBColor(178, 178, 178);
 pub(super) const REST: RGBColor = RGBColor(150, 150, 150);
@@ -69,6 +70,14 @@ fn range_of(lines: &[&[(f64, f64)]], least: f64) -> (f64, f64) {
     (low - room, high + room)
 }
 
+/// The located places, over the whole height.
+fn shades(pictured: &Pictured, y: (f64, f64)) -> impl Iterator<Item = Rectangle<(f64, f64)>> {
+    let inside = pictured.shaded.iter().map(|(from, to)| (from.max(pictured.span.0), to.min(pictured.span.1)));
+    inside
+        .filter(|(from, to)| from < to)
+        .map(move |(from, to)| Rectangle::new([(from, y.0), (to, y.1)], SHADE.filled()))
+}
+
 fn curves(
     area: &DrawingArea<SVGBackend<'_>, Shift>,
     pictured: &Pictured,
@@ -85,12 +94,7 @@ fn curves(
         .x_label_area_size(if scale.large { 24 } else { 18 })
         .y_label_area_size(62)
         .build_cartesian_2d(pictured.span.0..pictured.span.1, y.0..y.1)?;
-    for (from, to) in &pictured.shaded {
-        let corners = [(from.max(pictured.span.0), y.0), (to.min(pictured.span.1), y.1)];
-        if corners[0].0 < corners[1].0 {
-            chart.draw_series(std::iter::once(Rectangle::new(corners, SHADE.filled())))?;
-        }
-    }
+    chart.draw_series(shades(pictured, y))?;
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)
@@ -121,12 +125,7 @@ fn rests(area: &DrawingArea<SVGBackend<'_>, Shift>, pictured: &Pictured, scale: 
         .x_label_area_size(if scale.large { 38 } else { 20 })
         .y_label_area_size(62)
         .build_cartesian_2d(pictured.span.0..pictured.span.1, y.0..y.1)?;
-    for (from, to) in &pictured.shaded {
-        let corners = [(from.max(pictured.span.0), y.0), (to.min(pictured.span.1), y.1)];
-        if corners[0].0 < corners[1].0 {
-            chart.draw_series(std::iter::once(Rectangle::new(corners, SHADE.filled())))?;
-        }
-    }
+    chart.draw_series(shades(pictured, y))?;
     let x_tick = |value: &f64| tick(*value, pictured.span.1 - pictured.span.0);
     let y_tick = |value: &f64| tick(*value, y.1 - y.0);
     let mut mesh = chart.configure_mesh();
@@ -151,14 +150,6 @@ fn rests(area: &DrawingArea<SVGBackend<'_>, Shift>, pictured: &Pictured, scale: 
     chart.draw_series(LineSeries::new(before, REST.stroke_width(if scale.large { 5 } else { 4 })))?;
     chart.draw_series(LineSeries::new(after, BLACK.stroke_width(if scale.large { 2 } else { 1 })))?;
     Ok(())
-}
-
-/// A tick's number with the digits that its axis needs.
-pub(super) fn tick(value: f64, span: f64) -> String {
-    let decimals = (2.0 - span.abs().log10()).ceil().clamp(0.0, 7.0) as usize;
-    let text = format!("{value:.decimals$}");
-    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text };
-    if text == "-0" { "0".to_owned() } else { text }
 }
 
 /// Words at a place of a figure, in pixels.
