@@ -152,7 +152,7 @@ impl Score {
 
 impl Projection<'_> {
     /// The recordings that ask for a signature by themselves, all with one strength: the one that asks loudest, and as many more as each
-    /// takes off more than its choice costs. `None`: none, or all.
+    /// takes off more than its choice costs. `None`: none, or more than half of them.
     fn touched(&self, signature: &[Vec<f64>]) -> Option<Subset> {
         let count = signature.len();
         let asks: Vec<(f64, f64)> = signature
@@ -182,7 +182,7 @@ impl Projection<'_> {
             }
             some = now;
         }
-        (some.len() < count).then(|| some.into_iter().collect())
+        (2 * some.len() <= count).then(|| some.into_iter().collect())
     }
 
     /// `None`: nothing of it can be seen there.

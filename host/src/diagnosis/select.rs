@@ -296,12 +296,13 @@ fn refit(problem: &Problem, base: &Fit, scores: &[Screened], part: Part<'_>) -> 
                 starts == 0 || (starts < 2 && everywhere.is_some_and(|other| score.z > 0.6 * other.z))
             }
             // Only where it says clearly more than the same everywhere would.
-            scope => {
+            _ => {
                 let here = order
                     .iter()
                     .filter(|o| o.entrant.effect.mechanism().id == id && o.entrant.scope == Scope::Everywhere);
                 let most = here.map(|other| other.z).fold(0.0, f64::max);
-                of_same.iter().all(|other| other.entrant.scope != scope) && score.z * score.z > most * most + 30.0
+                let scoped = of_same.iter().filter(|other| other.entrant.scope != Scope::Everywhere).count();
+                scoped == 0 && score.z * score.z > most * most + 30.0
             }
         };
         if !take {
