@@ -29,7 +29,8 @@ fn main() {
             };
             let folder = std::env::temp_dir().join(format!("thud-bench-{}", std::process::id()));
             let _ = std::fs::remove_dir_all(&folder);
-            files::write(&case::make(&request.expect("a request")), &folder, "bench").expect("a folder for temporary files");
+            files::write(&case::make(&request.expect("a request")), &folder, "bench")
+                .expect("a folder for temporary files");
             let (seconds, megabytes) = diagnosed(&folder);
             println!(
                 "| {} | {recordings} | {:.0} | {seconds:.1} | {megabytes:.0} | {:.0} |",

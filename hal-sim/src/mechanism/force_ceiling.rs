@@ -66,11 +66,8 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    assembly.ceiling = Some(Ceiling {
-        force_n: effect.value(0),
-        tip_fraction: effect.value(1),
-        damping_ns_per_m: effect.value(2),
-    });
+    assembly.ceiling =
+        Some(Ceiling { force_n: effect.value(0), tip_fraction: effect.value(1), damping_ns_per_m: effect.value(2) });
 }
 
 #[cfg(test)]

@@ -106,7 +106,8 @@ mod tests {
     /// Momentum: what the push gave in its time is missing in the speed after.
     #[test]
     fn the_push_takes_its_impulse_from_the_rebound() {
-        let pushed = strike(Rig::impact(25e3), 0.3, 6.0, &["robot-push:force_N=2,servo_stiffness_N_per_m=1e7,duration_s=0.2"]);
+        let pushed =
+            strike(Rig::impact(25e3), 0.3, 6.0, &["robot-push:force_N=2,servo_stiffness_N_per_m=1e7,duration_s=0.2"]);
         let speed = pushed.value(crate::rig::Quantity::Velocity, 0.4);
         // The integral of e^(−(t/T)⁸) is T·Γ(9/8); a controller as stiff as this is at its limit at once.
         let impulse = 2.0 * 0.2 * 0.941_742_7;

@@ -86,8 +86,7 @@ pub fn held_out(problem: &Problem, baseline: &Fit, fit: &Fit) -> HeldOut {
             if fit.layout.entrants.is_empty() || train.is_empty() {
                 return Some(fitted);
             }
-            let without =
-                Fit::run(problem, baseline.layout.clone(), baseline.point.clone(), &train, Effort::AGAIN)?;
+            let without = Fit::run(problem, baseline.layout.clone(), baseline.point.clone(), &train, Effort::AGAIN)?;
             let asked = without.cost - fitted.cost > penalty(problem, &fit.layout);
             Some(if asked { fitted } else { without })
         });

@@ -100,7 +100,8 @@ pub fn screen(
             scopes
                 .into_iter()
                 .filter_map(|scope| {
-                    let score = if scope == Scope::Everywhere { whole.clone() } else { projection.score(&signature, scope)? };
+                    let score =
+                        if scope == Scope::Everywhere { whole.clone() } else { projection.score(&signature, scope)? };
                     let mut scaled = tried.clone();
                     // A strength of either sign was tried with next to nothing of it, where it is in proportion.
                     let longest = if either_sign(effect) { f64::INFINITY } else { longest };
@@ -281,7 +282,8 @@ fn instants(
         let Some(signature) = at(instant) else { continue };
         for (number, (values, residual)) in signature.iter().zip(&fit.residuals).enumerate() {
             let own = tangent.local_rest(number, values);
-            let z = own.iter().zip(residual).map(|(s, r)| s * r).sum::<f64>() / own.iter().map(|s| s * s).sum::<f64>().sqrt();
+            let z = own.iter().zip(residual).map(|(s, r)| s * r).sum::<f64>()
+                / own.iter().map(|s| s * s).sum::<f64>().sqrt();
             if z > best[number].0 {
                 best[number] = (z, instant);
             }

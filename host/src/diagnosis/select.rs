@@ -17,8 +17,8 @@ use super::layout::{Entrant, Layout, Role, Scope};
 use super::locate::{Alone, alone};
 use super::omnibus::{Omnibus, omnibus};
 use super::problem::{Prepared, Problem};
-use super::verdict::{SIGNIFICANT, UNLIKELY};
 use super::screen::{Screened, scale_strength, screen};
+use super::verdict::{SIGNIFICANT, UNLIKELY};
 
 /// Fall of BIC that the first mechanism must bring: with its parameter's ln N a fall of χ² of about 5.5².
 const ENOUGH: f64 = 20.0;
@@ -147,51 +147,6 @@ pub fn select(
             screened.clone_from(&scores);
         }
         let trials = refit(problem, &best.fit, &scores, &all);
-        if std::env::var_os("THUD_TRACE").is_some() {
-            let mut order: Vec<&Screened> = scores.iter().collect();
-            order.sort_by(|a, b| b.z.total_cmp(&a.z));
-            eprintln!(
-                "-- step {number}: bic {:.1} cost {:.1} rest {:.1}/{} z {:.1}",
-                best.bic,
-                best.fit.cost,
-                rest.excess,
-                rest.forms,
-                rest.z()
-            );
-            for c in &best.fit.layout.globals {
-                let i = best.fit.layout.globals.iter().position(|x| x.role == c.role).unwrap_or(0);
-                eprint!(
-                    "   {:?}={:.4}({:.1})",
-                    c.role,
-                    best.fit.point.globals[i],
-                    c.prior.map_or(0.0, |(m, sd)| (best.fit.point.globals[i] - m) / sd)
-                );
-            }
-            eprintln!();
-            for score in order
-                .iter()
-                .enumerate()
-                .filter(|(i, s)| {
-                    *i < 10 || std::env::var("THUD_TRACE").is_ok_and(|id| id == s.entrant.effect.mechanism().id)
-                })
-                .map(|x| x.1)
-            {
-                eprintln!(
-                    "   score {:.1} absorbed {:.5} {} {:?} tried {}",
-                    score.z, score.absorbed, score.entrant.effect, score.entrant.scope, score.tried
-                );
-            }
-            for trial in &trials {
-                let last = trial.fit.layout.entrants.len() - 1;
-                eprintln!(
-                    "   trial bic {:+.1} chi2 {:+.1} {} {:?}",
-                    trial.bic - best.bic,
-                    trial.fit.cost - best.fit.cost,
-                    trial.fit.layout.effect_at(last, &trial.fit.point, 0),
-                    trial.fit.layout.entrants[last].scope
-                );
-            }
-        }
         let Some(next) = trials.first() else { break };
         let fewer = (best.clone(), rivals.clone());
         // A further one has to be worth something beside what is explained already: no rig is quite like its equations.
@@ -250,14 +205,6 @@ pub fn select(
         }
     }
     let alone = alone(problem, &best.fit);
-    if std::env::var_os("THUD_TRACE").is_some() {
-        let gained = baseline.cost - best.fit.cost;
-        eprintln!(
-            "== end gained {gained:.1} n {} rest z {:.1} excess {:.1} share {:.4} alone p {:.1e} excess {:.1} share {:.4} cost/rows {:.4}",
-            best.fit.layout.entrants.len(), rest.z(), rest.excess, rest.excess.max(0.0) / (rest.excess.max(0.0) + gained), alone.p_value,
-            alone.excess, alone.excess / (alone.excess + gained), best.fit.cost / problem.rows() as f64
-        );
-    }
     Some(Selection { alone, baseline, baseline_tangent, baseline_rest, screened, best, tangent, rest, rivals })
 }
 
