@@ -1,8 +1,10 @@
 //! The receiving half.
 //!
 //! ```text
-//! FIFO of 3 frames ──interrupt──▶ `reception`, urgent ──▶ queue of 64 ──▶ `Mailbox`, read by the node when it has time
+//! filters ─▶ FIFO of 3 frames ──interrupt──▶ `reception`, urgent ──▶ queue of 64 ──▶ `Mailbox`, read by the node when it has time
 //! ```
+//!
+//! A filter for each service that the node listens to: others' frames, however many, take neither time nor room here.
 //!
 //! The controller holds three frames, as little as 141 µs of a busy bus, while the node may be kept waiting by an evaluation
 //! for tens of milliseconds. What does not fit here or there is counted and told.
@@ -60,7 +62,23 @@ fn frame(envelope: &Envelope) -> Option<Frame> {
 /// The frames that have come.
 pub struct Mailbox;
 
+/// A filter element that hears one identifier and puts its frames into FIFO 0, or none. RM0440, 44.3.11: type 1, two
+/// identifiers (twice the same), bits 31 and 30; type 3 is off.
+const fn filter(identifier: Option<u16>) -> u32 {
+    match identifier {
+        Some(id) => 1 << 30 | 1 << 27 | (id as u32) << 16 | id as u32,
+        None => 3 << 30,
+    }
+}
+
 impl CanReceive for Mailbox {
+    /// An element is one word, so that the controller sees the old filter or the new one, and the others hear on.
+    fn listen_to(&mut self, identifiers: &Listened) {
+        for (element, identifier) in identifiers.iter().enumerate() {
+            FDCANRAM1.flssa(element).write_value(filter(*identifier));
+        }
+    }
+
     async fn receive(&mut self) -> Received {
         match LOST.swap(0, Ordering::Relaxed) {
             0 => Received::Frame(FRAMES.receive().await),
