@@ -190,4 +190,6 @@ pub struct Identity {
     pub build: u64,
     /// Why it started this time.
     pub reset_cause: ResetCause,
+    /// Address in the program where a panic or fault ended it before; 0 for none or unknown.
+    pub ended_at: u32,
 }

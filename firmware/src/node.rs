@@ -73,7 +73,7 @@ impl<const N: usize> CanOpenNode<N> {
         };
         match shared.identity.reset_cause {
             ResetCause::Watchdog => shared.report(Report::Raised(Fault::Watchdog, 0)),
-            ResetCause::Panic => shared.report(Report::Raised(Fault::Panic, 0)),
+            ResetCause::Panic => shared.report(Report::Raised(Fault::Panic, shared.identity.ended_at)),
             _ => {}
         }
         if shared.loaded == Loaded::Unreadable {
@@ -373,7 +373,8 @@ mod tests {
     const SERIAL: u32 = 0x0102_0304;
 
     fn node() -> (CanOpenNode<64>, &'static Shared<64>) {
-        let identity = Identity { serial: SERIAL, hardware_revision: 1, build: 0, reset_cause: ResetCause::Watchdog };
+        let reset_cause = ResetCause::Watchdog;
+        let identity = Identity { serial: SERIAL, hardware_revision: 1, build: 0, reset_cause, ended_at: 0 };
         let captures = Box::leak(Box::new(Captures::new()));
         let shared = Box::leak(Box::new(Shared::new(identity, Loaded::Unreadable, captures)));
         (CanOpenNode::new(shared), shared)
