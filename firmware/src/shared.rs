@@ -19,6 +19,7 @@ use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
+use embassy_sync::waitqueue::AtomicWaker;
 
 use crate::board::{BusStatus, Frame, Identity};
 use crate::capture::{Captures, SlotId};
@@ -158,6 +159,8 @@ pub struct Shared<const N: usize> {
     pub(crate) store: Signal<CriticalSectionRawMutex, ()>,
     pub(crate) reports: Channel<CriticalSectionRawMutex, Report, 16>,
     pub(crate) node_wake: Signal<CriticalSectionRawMutex, ()>,
+    /// Woken when an impact is over, and while it is open as often as a task must live.
+    pub(crate) impact_over: AtomicWaker,
     pub(crate) outbox_filled: Signal<CriticalSectionRawMutex, ()>,
     outbox: Lock<RefCell<Outbox<OUTBOX>>>,
     counters: Lock<Cell<Counters>>,
@@ -191,6 +194,7 @@ impl<const N: usize> Shared<N> {
             store: Signal::new(),
             reports: Channel::new(),
             node_wake: Signal::new(),
+            impact_over: AtomicWaker::new(),
             outbox_filled: Signal::new(),
             outbox: Mutex::new(RefCell::new(Outbox::new())),
             counters: Mutex::new(Cell::new(Counters::default())),

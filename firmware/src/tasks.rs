@@ -6,7 +6,7 @@
 //! | [`transmit`] | a frame, a free mailbox | outbox into mailboxes | nothing: the sampler's priority |
 //! | [`node`] | a frame, an event, time | CANopen | evaluation |
 //! | [`evaluator`] | a finished impact | measures and judges it, tens of ms | – |
-//! | [`storage`] | an applied configuration | flash, never while an impact is open | evaluation |
+//! | [`storage`] | an applied configuration | flash, each word and page never while an impact is open | evaluation |
 //! | [`supervisor`] | time | watchdog, bus-off | evaluation |
 //!
 //! On the board the first two run on an interrupt executor and the others in thread mode; in a simulation [`run`] joins
