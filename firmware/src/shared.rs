@@ -135,10 +135,13 @@ pub enum Task {
     Node = 2,
     Transmit = 3,
     Storage = 4,
+    /// What empties a controller, where a task does that.
+    Reception = 5,
+    Log = 6,
 }
 
-/// Bits of all tasks.
-const ALL_TASKS: u8 = 0b1_1111;
+/// Bits of the tasks that every board has; the others are waited for from [`Shared::watch`] on.
+const EVERYWHERE: u8 = 0b1_1111;
 
 /// The parts that the tasks of one sensor share.
 pub struct Shared<const N: usize> {
@@ -172,6 +175,7 @@ pub struct Shared<const N: usize> {
     /// `None` until it has been read from flash.
     configuration_lock: Lock<Cell<Option<ConfigurationLock>>>,
     start: Lock<Cell<u32>>,
+    watched: Lock<Cell<u8>>,
     alive: Lock<Cell<u8>>,
 }
 
@@ -204,6 +208,7 @@ impl<const N: usize> Shared<N> {
             last_samples: Mutex::new(Cell::new([0; 8])),
             configuration_lock: Mutex::new(Cell::new(None)),
             start: Mutex::new(Cell::new(0)),
+            watched: Mutex::new(Cell::new(EVERYWHERE)),
             alive: Mutex::new(Cell::new(0)),
         }
     }
@@ -256,15 +261,20 @@ impl<const N: usize> Shared<N> {
         self.log.lock(|log| log.borrow().get(number).copied())
     }
 
+    /// Lets the watchdog bite if this task, which not every board has, does not live.
+    pub fn watch(&self, task: Task) {
+        self.watched.lock(|watched| watched.set(watched.get() | 1 << task as u8));
+    }
+
     /// Says that a task has lived.
-    pub(crate) fn lives(&self, task: Task) {
+    pub fn lives(&self, task: Task) {
         self.alive.lock(|alive| alive.set(alive.get() | 1 << task as u8));
     }
 
     /// Whether every task has lived since this was last true.
     pub(crate) fn all_have_lived(&self) -> bool {
         self.alive.lock(|alive| {
-            let all = alive.get() == ALL_TASKS;
+            let all = alive.get() == self.watched.lock(Cell::get);
             if all {
                 alive.set(0);
             }

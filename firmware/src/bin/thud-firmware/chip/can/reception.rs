@@ -13,12 +13,14 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_stm32::can::CanRx;
 use embassy_stm32::can::frame::Envelope;
-use embassy_stm32::pac::FDCAN1;
+use embassy_stm32::pac::{FDCAN1, FDCANRAM1};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
-use embassy_time::Timer;
+use embassy_time::{TimeoutError, Timer, with_timeout};
 use embedded_can::Id;
-use thud_firmware::board::{CanReceive, Frame, Received};
+use thud_firmware::board::{CanReceive, Frame, Listened, Received};
+use thud_firmware::shared::{Shared, Task};
+use thud_firmware::tasks::PULSE;
 
 /// What reads the controller.
 pub type Driver = CanRx<'static>;
@@ -31,10 +33,13 @@ static FRAMES: Channel<CriticalSectionRawMutex, Frame, DEPTH> = Channel::new();
 static LOST: AtomicU32 = AtomicU32::new(0);
 
 /// Empties the controller, for ever.
-pub async fn reception(mut driver: Driver) -> ! {
+pub async fn reception<const N: usize>(mut driver: Driver, shared: &Shared<N>) -> ! {
+    shared.watch(Task::Reception);
     loop {
-        match driver.read().await {
-            Ok(envelope) => {
+        let read = with_timeout(PULSE, driver.read()).await;
+        shared.lives(Task::Reception);
+        match read {
+            Ok(Ok(envelope)) => {
                 if let Some(frame) = frame(&envelope)
                     && FRAMES.try_send(frame).is_err()
                 {
@@ -43,7 +48,9 @@ pub async fn reception(mut driver: Driver) -> ! {
             }
             // The driver tells every error on the wire here, and a wire that is shorted has no end of them; the error
             // counters say it better. The pause keeps them from taking all the time that there is.
-            Err(_) => Timer::after_micros(20).await,
+            Ok(Err(_)) => Timer::after_micros(20).await,
+            // Nobody has sent anything.
+            Err(TimeoutError) => {}
         }
         // The driver leaves this interrupt off, and it is not needed: a frame is lost only while three others wait here.
         if FDCAN1.ir().read().rfl(0) {
