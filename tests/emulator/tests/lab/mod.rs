@@ -40,9 +40,13 @@ pub struct Lab {
 impl Lab {
     /// The firmware, just switched on, with this chain.
     pub fn new(chain: ChainSettings) -> Self {
+        Self::with(Settings { chain, ..Settings::default() })
+    }
+
+    /// The same with other settings too.
+    pub fn with(settings: Settings) -> Self {
         let image = Image::read(&Image::usual_place()).unwrap_or_else(|error| panic!("{error}"));
         let blows = Blows::new();
-        let settings = Settings { chain, ..Settings::default() };
         let mut emulator = Emulator::new(&image, &settings, blows.clone());
         emulator.chip_mut().front_end.keep_codes();
         emulator.bus().keep_record();
