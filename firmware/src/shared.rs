@@ -390,3 +390,33 @@ impl<const N: usize> Shared<N> {
         self.outbox.lock(|outbox| with(&mut outbox.borrow_mut()))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::boxed::Box;
+
+    use super::*;
+    use crate::board::ResetCause;
+
+    #[test]
+    fn the_watchdog_is_fed_only_when_each_task_that_there_is_has_lived() {
+        let identity =
+            Identity { serial: 1, hardware_revision: 0, build: 0, reset_cause: ResetCause::PowerOn, ended_at: 0 };
+        let shared = Shared::<64>::new(identity, Loaded::Nothing, Box::leak(Box::new(Captures::new())));
+        let everywhere = [Task::Sampler, Task::Evaluator, Task::Node, Task::Transmit, Task::Storage];
+        let live = |tasks: &[Task]| tasks.iter().for_each(|task| shared.lives(*task));
+        for missing in 0..everywhere.len() {
+            live(&everywhere[..missing]);
+            live(&everywhere[missing + 1..]);
+            assert!(!shared.all_have_lived(), "without {:?}", everywhere[missing]);
+            live(&everywhere[missing..=missing]);
+            assert!(shared.all_have_lived());
+            assert!(!shared.all_have_lived(), "each time anew");
+        }
+        shared.watch(Task::Reception);
+        live(&everywhere);
+        assert!(!shared.all_have_lived(), "without what this board has beside");
+        live(&[Task::Reception]);
+        assert!(shared.all_have_lived());
+    }
+}
