@@ -152,6 +152,7 @@ pub fn run(seed: u64, impacts: u32, mut progress: impl FnMut(u32)) -> (Outcome, 
         let held = operations(&lab);
         lab.emulator_mut().run_until(contact + Duration::from_micros((PERIOD_S * 1e6) as u64));
         outcome.due += u32::from(operations(&lab) > held);
+        lab.expect_order(1);
     }
     let elapsed = lab.now() - began;
     outcome.load = bus.statistics().load_since(&statistics, elapsed);
