@@ -5,7 +5,7 @@
 //! | [`sampler`] | the next block of samples | detector, alarm into the outbox | nothing: own interrupt priority |
 //! | [`transmit`] | a frame, a free mailbox | outbox into mailboxes | nothing: the sampler's priority |
 //! | [`node`] | a frame, an event, time | CANopen | evaluation |
-//! | [`evaluator`] | a finished impact | measures and judges it, tens of ms | – |
+//! | [`evaluator`] | a finished impact | measures and judges it, 0.1 s, at most 0.6 s | – |
 //! | [`storage`] | an applied configuration | flash, each word and page never while an impact is open | evaluation |
 //! | [`supervisor`] | time | watchdog, bus-off | evaluation |
 //!

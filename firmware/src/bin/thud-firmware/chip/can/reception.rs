@@ -7,7 +7,7 @@
 //! A filter for each service that the node listens to: others' frames, however many, take neither time nor room here.
 //!
 //! The controller holds three frames, as little as 141 µs of a busy bus, while the node may be kept waiting by an evaluation
-//! for tens of milliseconds. What does not fit here or there is counted and told.
+//! for tenths of a second. What does not fit here or there is counted and told.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
