@@ -108,8 +108,16 @@ pub enum Received {
     Lost(u32),
 }
 
+/// The identifiers of the services that a node listens to. Each service keeps its place, `None` while it has no identifier, so
+/// that a controller with a filter for each changes one and the others hear on.
+pub type Listened = [Option<u16>; 5];
+
 /// The receiving half of the CAN controller.
 pub trait CanReceive {
+    /// Says which frames are wanted from now on. A controller without filters hears everything, which the node can bear: it
+    /// looks at no others.
+    fn listen_to(&mut self, _identifiers: &Listened) {}
+
     /// Waits for the next frame, or for the news that some were lost.
     fn receive(&mut self) -> impl core::future::Future<Output = Received>;
 }
@@ -182,4 +190,6 @@ pub struct Identity {
     pub build: u64,
     /// Why it started this time.
     pub reset_cause: ResetCause,
+    /// Address in the program where a panic or fault ended it before; 0 for none or unknown.
+    pub ended_at: u32,
 }

@@ -250,6 +250,27 @@ pub enum Setting {
 }
 
 impl Setting {
+    /// All settings.
+    pub const ALL: [Self; 17] = [
+        Self::BodyStiffness,
+        Self::EffectiveMass,
+        Self::EffectiveMassMaxAge,
+        Self::OnsetMultiple,
+        Self::OnsetMinimum,
+        Self::RelativeUncertainty,
+        Self::SampleRate,
+        Self::NewtonPerCode,
+        Self::TimeConstant,
+        Self::ChainRange,
+        Self::ChainDelay,
+        Self::NodeId,
+        Self::Heartbeat,
+        Self::Region,
+        Self::Contact,
+        Self::Limits,
+        Self::Filter,
+    ];
+
     /// Lowest and highest permitted value, where the setting is a number.
     #[must_use]
     pub const fn range(self) -> Option<(f32, f32)> {

@@ -32,7 +32,8 @@ pub enum Fault {
     Storage = 7,
     /// The last reset was forced by the watchdog.
     Watchdog = 8,
-    /// The last reset followed a panic.
+    /// The last reset followed a panic or a fault of the processor; the detail is the address in the program where, for
+    /// `cargo xtask where`, or 0.
     Panic = 9,
     /// An impact was not evaluated because the one before it still was; the detail is its number.
     NotEvaluated = 10,

@@ -9,6 +9,8 @@
 //! Runs at low priority when an impact is over and may take tens of milliseconds on the board. It reads the frozen
 //! curve in pieces of 128 samples and keeps some 5 KiB on the stack.
 
+use core::cell::Cell;
+
 use heapless::Vec;
 
 use crate::capture::{Curve, OVERLAP};
@@ -55,7 +57,8 @@ const LEAD_IN: Second = Second(0.02);
 /// A contact that begins after the transient window is no event of its own; its force belongs to the quasi-static one.
 #[must_use]
 pub fn evaluate(curve: &impl Curve, context: &ImpactContext, first_number: u32) -> Vec<Event, CONTACTS> {
-    let force = Force::new(curve, context);
+    let work = Cell::new(0);
+    let force = Force::new(curve, context, &work);
     let chain = &context.configuration.configuration.chain;
     let rate = chain.sample_rate;
     let noticed = usize::try_from(context.onset.noticed_at.wrapping_sub(curve.first_index())).unwrap_or(usize::MAX);

@@ -22,7 +22,7 @@ use zencan_common::lss::LssResponse;
 use zencan_common::messages::{LSS_RESP_ID, NmtCommandSpecifier};
 use zencan_common::nmt::NmtState;
 
-use crate::board::{Frame, ResetCause};
+use crate::board::{Frame, Listened, ResetCause};
 use crate::capture::SlotId;
 use crate::dictionary::access::{NodeObjects, STREAM_TPDO, TIME_ID, TimeReceived, View};
 use crate::dictionary::frame::{self, MassFrame, PARTS, Part};
@@ -73,7 +73,7 @@ impl<const N: usize> CanOpenNode<N> {
         };
         match shared.identity.reset_cause {
             ResetCause::Watchdog => shared.report(Report::Raised(Fault::Watchdog, 0)),
-            ResetCause::Panic => shared.report(Report::Raised(Fault::Panic, 0)),
+            ResetCause::Panic => shared.report(Report::Raised(Fault::Panic, shared.identity.ended_at)),
             _ => {}
         }
         if shared.loaded == Loaded::Unreadable {
@@ -93,6 +93,13 @@ impl<const N: usize> CanOpenNode<N> {
     #[must_use]
     pub fn node_id(&self) -> Option<u8> {
         self.objects.node_id
+    }
+
+    /// What it listens to now: NMT, LSS, TIME, its SDO server, the effective mass. It has no use for SYNC: no PDO is synchronous.
+    #[must_use]
+    pub fn listens_to(&self) -> Listened {
+        let sdo = self.objects.node_id.map(|id| 0x600 + u16::from(id));
+        [Some(NMT_ID), Some(LSS_REQUEST), Some(TIME_ID), sdo, self.objects.rpdo.id()]
     }
 
     /// Takes a frame from the bus.
@@ -366,7 +373,8 @@ mod tests {
     const SERIAL: u32 = 0x0102_0304;
 
     fn node() -> (CanOpenNode<64>, &'static Shared<64>) {
-        let identity = Identity { serial: SERIAL, hardware_revision: 1, build: 0, reset_cause: ResetCause::Watchdog };
+        let reset_cause = ResetCause::Watchdog;
+        let identity = Identity { serial: SERIAL, hardware_revision: 1, build: 0, reset_cause, ended_at: 0 };
         let captures = Box::leak(Box::new(Captures::new()));
         let shared = Box::leak(Box::new(Shared::new(identity, Loaded::Unreadable, captures)));
         (CanOpenNode::new(shared), shared)
@@ -522,6 +530,31 @@ mod tests {
             let bytes = [first, low, high, sub, data[0], data[1], data[2], data[3]];
             Frame::new(id, &bytes[..if length > 7 { 8 } else { length }]).unwrap()
         })
+    }
+
+    /// What a filter keeps out must not be missed: whatever else comes changes nothing and is answered by nothing.
+    #[test]
+    fn a_frame_that_is_not_listened_to_is_no_matter() {
+        let (mut node, shared) = node();
+        node.receive(&Frame::new(NMT_ID, &[1, 0]).unwrap(), 0);
+        node.poll(0);
+        sent(shared);
+        assert_eq!(node.listens_to(), [Some(0), Some(0x7E5), Some(0x100), Some(0x620), Some(0x220)]);
+        let before = std::format!("{:?}", node.objects);
+        let heard = node.listens_to();
+        let mut others = 0;
+        for id in (0..0x800).filter(|id| !heard.contains(&Some(*id))) {
+            for first in [0x00, 0x01, 0x11, 0x23, 0x40, 0x60, 0x80, 0x82, 0xA0, 0xFF] {
+                node.receive(&Frame::new(id, &[first, 0x20, 0x10, 1, 4, 0x20, 0x41, 0]).unwrap(), 0);
+            }
+            others += 1;
+        }
+        assert_eq!((others, sent(shared).len()), (0x800 - 5, 0));
+        assert_eq!(std::format!("{:?}", node.objects), before);
+        // A service that has lost its identifier has no filter.
+        node.objects.rpdo.cob_id |= 1 << 31;
+        node.objects.node_id = None;
+        assert_eq!(node.listens_to()[3..], [None, None]);
     }
 
     proptest! {

@@ -19,6 +19,7 @@ use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
+use embassy_sync::waitqueue::AtomicWaker;
 
 use crate::board::{BusStatus, Frame, Identity};
 use crate::capture::{Captures, SlotId};
@@ -134,10 +135,13 @@ pub enum Task {
     Node = 2,
     Transmit = 3,
     Storage = 4,
+    /// What empties a controller, where a task does that.
+    Reception = 5,
+    Log = 6,
 }
 
-/// Bits of all tasks.
-const ALL_TASKS: u8 = 0b1_1111;
+/// Bits of the tasks that every board has; the others are waited for from [`Shared::watch`] on.
+const EVERYWHERE: u8 = 0b1_1111;
 
 /// The parts that the tasks of one sensor share.
 pub struct Shared<const N: usize> {
@@ -158,6 +162,8 @@ pub struct Shared<const N: usize> {
     pub(crate) store: Signal<CriticalSectionRawMutex, ()>,
     pub(crate) reports: Channel<CriticalSectionRawMutex, Report, 16>,
     pub(crate) node_wake: Signal<CriticalSectionRawMutex, ()>,
+    /// Woken when an impact is over, and while it is open as often as a task must live.
+    pub(crate) impact_over: AtomicWaker,
     pub(crate) outbox_filled: Signal<CriticalSectionRawMutex, ()>,
     outbox: Lock<RefCell<Outbox<OUTBOX>>>,
     counters: Lock<Cell<Counters>>,
@@ -169,6 +175,7 @@ pub struct Shared<const N: usize> {
     /// `None` until it has been read from flash.
     configuration_lock: Lock<Cell<Option<ConfigurationLock>>>,
     start: Lock<Cell<u32>>,
+    watched: Lock<Cell<u8>>,
     alive: Lock<Cell<u8>>,
 }
 
@@ -191,6 +198,7 @@ impl<const N: usize> Shared<N> {
             store: Signal::new(),
             reports: Channel::new(),
             node_wake: Signal::new(),
+            impact_over: AtomicWaker::new(),
             outbox_filled: Signal::new(),
             outbox: Mutex::new(RefCell::new(Outbox::new())),
             counters: Mutex::new(Cell::new(Counters::default())),
@@ -200,6 +208,7 @@ impl<const N: usize> Shared<N> {
             last_samples: Mutex::new(Cell::new([0; 8])),
             configuration_lock: Mutex::new(Cell::new(None)),
             start: Mutex::new(Cell::new(0)),
+            watched: Mutex::new(Cell::new(EVERYWHERE)),
             alive: Mutex::new(Cell::new(0)),
         }
     }
@@ -252,15 +261,20 @@ impl<const N: usize> Shared<N> {
         self.log.lock(|log| log.borrow().get(number).copied())
     }
 
+    /// Lets the watchdog bite if this task, which not every board has, does not live.
+    pub fn watch(&self, task: Task) {
+        self.watched.lock(|watched| watched.set(watched.get() | 1 << task as u8));
+    }
+
     /// Says that a task has lived.
-    pub(crate) fn lives(&self, task: Task) {
+    pub fn lives(&self, task: Task) {
         self.alive.lock(|alive| alive.set(alive.get() | 1 << task as u8));
     }
 
     /// Whether every task has lived since this was last true.
     pub(crate) fn all_have_lived(&self) -> bool {
         self.alive.lock(|alive| {
-            let all = alive.get() == ALL_TASKS;
+            let all = alive.get() == self.watched.lock(Cell::get);
             if all {
                 alive.set(0);
             }
@@ -374,5 +388,35 @@ impl<const N: usize> Shared<N> {
 
     pub(crate) fn with_outbox<R>(&self, with: impl FnOnce(&mut Outbox<OUTBOX>) -> R) -> R {
         self.outbox.lock(|outbox| with(&mut outbox.borrow_mut()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::boxed::Box;
+
+    use super::*;
+    use crate::board::ResetCause;
+
+    #[test]
+    fn the_watchdog_is_fed_only_when_each_task_that_there_is_has_lived() {
+        let identity =
+            Identity { serial: 1, hardware_revision: 0, build: 0, reset_cause: ResetCause::PowerOn, ended_at: 0 };
+        let shared = Shared::<64>::new(identity, Loaded::Nothing, Box::leak(Box::new(Captures::new())));
+        let everywhere = [Task::Sampler, Task::Evaluator, Task::Node, Task::Transmit, Task::Storage];
+        let live = |tasks: &[Task]| tasks.iter().for_each(|task| shared.lives(*task));
+        for missing in 0..everywhere.len() {
+            live(&everywhere[..missing]);
+            live(&everywhere[missing + 1..]);
+            assert!(!shared.all_have_lived(), "without {:?}", everywhere[missing]);
+            live(&everywhere[missing..=missing]);
+            assert!(shared.all_have_lived());
+            assert!(!shared.all_have_lived(), "each time anew");
+        }
+        shared.watch(Task::Reception);
+        live(&everywhere);
+        assert!(!shared.all_have_lived(), "without what this board has beside");
+        live(&[Task::Reception]);
+        assert!(shared.all_have_lived());
     }
 }

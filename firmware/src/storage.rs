@@ -16,6 +16,8 @@
 //! hash on every device. A record of another version is not guessed at: it reads as [`Loaded::Unreadable`] and the
 //! defaults are used, which is told by EMCY.
 //!
+//! Nothing is written or erased while an impact is open (`between_impacts`).
+//!
 //! The futures of this module must run to their end: a write that is dropped half-way is a power cut.
 
 use core::ops::Range;
@@ -27,6 +29,13 @@ use sequential_storage::map::{MapConfig, MapStorage};
 use crate::configuration::Configuration;
 use crate::configuration_lock::ConfigurationLock;
 use crate::detector::Stamped;
+
+mod between_impacts;
+
+pub use between_impacts::ImpactWatch;
+pub(crate) use between_impacts::closed;
+
+use between_impacts::BetweenImpacts;
 
 /// Version of the stored layout; changes with [`Configuration`].
 pub const VERSION: u8 = 2;
@@ -145,7 +154,7 @@ impl Found {
 
 /// The store over a range of flash pages, at least two.
 pub struct Store<F: NorFlash> {
-    map: MapStorage<u8, F, Cache<Uncached, Uncached, Uncached, u8>>,
+    map: MapStorage<u8, BetweenImpacts<F>, Cache<Uncached, Uncached, Uncached, u8>>,
 }
 
 impl<F: NorFlash> Store<F> {
@@ -155,7 +164,13 @@ impl<F: NorFlash> Store<F> {
     /// When the range does not hold at least two whole pages; the board's memory map decides that at build time.
     #[must_use]
     pub const fn new(flash: F, range: Range<u32>) -> Self {
+        let flash = BetweenImpacts { flash, watch: None };
         Self { map: MapStorage::new(flash, MapConfig::new(range), Cache::new_uncached()) }
+    }
+
+    /// Lets every word and page from now on wait while an impact is open.
+    pub fn wait_for_impacts(&mut self, watch: &'static dyn ImpactWatch) {
+        self.map.flash().watch = Some(watch);
     }
 
     /// Reads the configuration: among all records the valid one with the highest revision.
@@ -243,7 +258,7 @@ impl<F: NorFlash> Store<F> {
 
     /// Gives the flash back.
     pub fn into_flash(self) -> F {
-        self.map.destroy().0
+        self.map.destroy().0.flash
     }
 }
 
@@ -466,7 +481,7 @@ mod tests {
         }
         let mut store = store(flash);
         assert_ne!(block_on(store.load()), Loaded::Found(numbered(1)));
-        store.map.flash().written.fill(false);
+        store.map.flash().flash.written.fill(false);
         block_on(store.save(&numbered(1))).unwrap();
         assert_eq!(block_on(store.load()), Loaded::Found(numbered(1)));
     }

@@ -5,8 +5,8 @@
 //! | [`sampler`] | the next block of samples | detector, alarm into the outbox | nothing: own interrupt priority |
 //! | [`transmit`] | a frame, a free mailbox | outbox into mailboxes | nothing: the sampler's priority |
 //! | [`node`] | a frame, an event, time | CANopen | evaluation |
-//! | [`evaluator`] | a finished impact | measures and judges it, tens of ms | – |
-//! | [`storage`] | an applied configuration | flash, never while an impact is open | evaluation |
+//! | [`evaluator`] | a finished impact | measures and judges it, 0.1 s, at most 0.6 s | – |
+//! | [`storage`] | an applied configuration | flash, each word and page never while an impact is open | evaluation |
 //! | [`supervisor`] | time | watchdog, bus-off | evaluation |
 //!
 //! On the board the first two run on an interrupt executor and the others in thread mode; in a simulation [`run`] joins

@@ -3,7 +3,7 @@
 mod bench;
 
 use bench::sdo::Abort;
-use bench::{Flash, with_sensor};
+use bench::{Flash, Master, with_sensor};
 use embassy_time::Duration;
 use thud_firmware::board::{BusState, Received};
 use thud_firmware::configuration_lock::{self, Key};
@@ -33,6 +33,14 @@ const DEVICE_STATE: Abort = Abort(0x0800_0022);
 const TOO_SHORT: Abort = Abort(0x0607_0013);
 const LOCAL_CONTROL: Abort = Abort(0x0800_0021);
 const TIMEOUT: Abort = Abort(0x0504_0000);
+
+/// Lets the detector settle and strikes once; the object of the slot that holds the curve.
+async fn one_blow(master: &Master) -> u16 {
+    master.wait(SETTLED).await;
+    master.blow(20, 60.0);
+    master.wait(1_500).await;
+    master.slot_of(1).await
+}
 
 #[test]
 fn it_boots_up_with_state_0_and_beats() {
@@ -207,10 +215,7 @@ fn what_happens_before_start_stays_in_the_log() {
 fn the_alarm_passes_a_running_download_and_a_lost_segment_is_repeated() {
     with_sensor(&Flash::new(), async |master| {
         master.nmt(START);
-        master.wait(SETTLED).await;
-        master.blow(20, 60.0);
-        master.wait(1_500).await;
-        let slot = master.slot_of(1).await;
+        let slot = one_blow(master).await;
         let whole = master.read(slot, 12).await.unwrap();
         master.heard();
         master.blow(150, 80.0);
@@ -236,10 +241,7 @@ fn the_alarm_passes_a_running_download_and_a_lost_segment_is_repeated() {
 #[test]
 fn a_curve_that_is_being_read_stays_and_events_go_on() {
     with_sensor(&Flash::new(), async |master| {
-        master.wait(SETTLED).await;
-        master.blow(20, 60.0);
-        master.wait(1_500).await;
-        let slot = master.slot_of(1).await;
+        let slot = one_blow(master).await;
         for after in [100, 2_500, 5_000] {
             master.blow(after, 70.0);
         }
@@ -265,10 +267,7 @@ fn a_curve_that_is_being_read_stays_and_events_go_on() {
 #[test]
 fn a_master_that_vanishes_with_a_curve_half_read_keeps_it_for_five_seconds_only() {
     with_sensor(&Flash::new(), async |master| {
-        master.wait(SETTLED).await;
-        master.blow(20, 60.0);
-        master.wait(1_500).await;
-        let slot = master.slot_of(1).await;
+        let slot = one_blow(master).await;
         let [low, high] = slot.to_le_bytes();
         master.sdo([0x40, low, high, 12, 0, 0, 0, 0]).await;
         master.wait(5_500).await;
@@ -453,10 +452,7 @@ fn samples_are_streamed_gaplessly_at_the_rate_asked_for_and_give_way_to_alarm_an
 fn a_stream_that_the_bus_cannot_take_is_thinned_and_counted_and_a_curve_still_comes() {
     with_sensor(&Flash::new(), async |master| {
         master.nmt(START);
-        master.wait(SETTLED).await;
-        master.blow(20, 60.0);
-        master.wait(1_500).await;
-        let slot = master.slot_of(1).await;
+        let slot = one_blow(master).await;
         // Every sample: with the upload beside it more than the bus can carry.
         master.write(index::STREAM, 1, &[1, 0]).await.unwrap();
         master.heard();

@@ -132,7 +132,8 @@ impl Board {
         self.controller.connect(true);
         self.watchdog.start(now);
         self.ended.set(None);
-        let identity = Identity { serial: self.settings.serial, hardware_revision: 0, build: 0, reset_cause: cause };
+        let identity =
+            Identity { serial: self.settings.serial, hardware_revision: 0, build: 0, reset_cause: cause, ended_at: 0 };
         let life = (self.program)(Parts {
             samples: Adc::new(self.converter.clone()),
             can: self.controller.clone(),

@@ -1,6 +1,7 @@
 //! `cargo xtask where ADDRESS...`: the places in the source that a panic record's addresses mean.
 //!
-//! A return address is where a call would have gone on; the call itself is the instruction before it.
+//! An odd address is where a call would have gone on; the call itself is the instruction before it. An even one is that of an
+//! instruction: one that faulted, or that an interrupt came before.
 
 use std::path::Path;
 
@@ -39,13 +40,13 @@ impl Program {
         })
     }
 
-    fn at(&self, return_address: u64) -> Result<Vec<String>, String> {
-        let call = (return_address & !1).saturating_sub(2);
-        if !self.0.get_section_range(b".text").is_some_and(|text| (text.begin..text.end).contains(&call)) {
+    fn at(&self, address: u64) -> Result<Vec<String>, String> {
+        let instruction = if address & 1 == 0 { address } else { address.saturating_sub(3) };
+        if !self.0.get_section_range(b".text").is_some_and(|text| (text.begin..text.end).contains(&instruction)) {
             return Ok(vec!["not in this program".into()]);
         }
-        let unreadable = |error: &dyn std::fmt::Display| format!("{return_address:#010x}: {error}");
-        let mut frames = self.0.find_frames(call).map_err(|error| unreadable(&error))?;
+        let unreadable = |error: &dyn std::fmt::Display| format!("{address:#010x}: {error}");
+        let mut frames = self.0.find_frames(instruction).map_err(|error| unreadable(&error))?;
         let mut lines = Vec::new();
         while let Some(frame) = frames.next().map_err(|error| unreadable(&error))? {
             let function = frame.function.as_ref().and_then(|name| name.demangle().ok());
@@ -60,7 +61,7 @@ impl Program {
         }
         if lines.is_empty() || lines == ["?"] {
             // Compiled without notes, as `core` is, there is still the function's name.
-            let name = self.0.find_symbol(call).unwrap_or("?");
+            let name = self.0.find_symbol(instruction).unwrap_or("?");
             lines = vec![addr2line::demangle_auto(name.into(), None).into_owned()];
         }
         Ok(lines)
@@ -86,11 +87,17 @@ mod tests {
         let symbol = known_to_the_debug_information as *const () as u64;
         let start = std::fs::read_to_string("/proc/self/maps").unwrap();
         let loaded = u64::from_str_radix(start.split('-').next().unwrap(), 16).unwrap();
-        let lines = program.at(symbol - loaded + base + 2).unwrap();
-        assert!(
-            lines.iter().any(|line| line.contains("known_to_the_debug_information") && line.contains("addresses.rs:")),
-            "{lines:?}"
-        );
+        let first = symbol - loaded + base;
+        // The function's first instruction, and a call that would return behind it.
+        for address in [first, first + 3] {
+            let lines = program.at(address).unwrap();
+            assert!(
+                lines
+                    .iter()
+                    .any(|line| line.contains("known_to_the_debug_information") && line.contains("addresses.rs:")),
+                "{lines:?}"
+            );
+        }
         assert_eq!(program.at(u64::from(u32::MAX)).unwrap(), ["not in this program"]);
     }
 }

@@ -31,7 +31,22 @@ pub fn run(toolchain: Toolchain) -> Result<(), String> {
     } else {
         with(&["test", "--lib", "--tests", "--no-fail-fast"])
     };
-    step::run("emulator: tests", &mut tests)
+    step::run("emulator: tests", &mut tests)?;
+    // The tests have seen how deep the stack gets.
+    size::run(toolchain)
+}
+
+/// The latency of the alarm over a thousand impacts.
+///
+/// # Errors
+/// As [`run`].
+pub fn table(toolchain: Toolchain) -> Result<(), String> {
+    if !has_tools()? {
+        return Ok(());
+    }
+    size::build(toolchain)?;
+    let mut bench = step::cargo(&[&["bench"], &PACKAGE[..], &["--bench", "alarm_latency"]].concat());
+    step::run("tables: alarm latency", &mut bench)
 }
 
 /// Whether cmake and libclang are there; installs them if it may.

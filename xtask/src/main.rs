@@ -5,6 +5,7 @@
 mod addresses;
 mod dictionary;
 mod emulator;
+mod flashing;
 mod mechanisms;
 mod packages;
 mod python;
@@ -24,6 +25,7 @@ Chores:
   test                 format, lints, documentation and all tests; installs what they need into target/
   target               find a compiler for the board's processor, or install it
   size                 build the firmware for the board; its flash and memory beside the budget
+  flashing             check that `cargo flash` calls probe-rs as it should; neither a board nor probe-rs is needed
   emulator             run the firmware's ELF file on an emulated board, with all its tests
   qemu                 the logic on a Cortex-M4F in QEMU: the desktop's events bit for bit, instructions a sample
   vcan                 SocketCAN and can-utils on virtual buses; brings a kernel along where this one has no CAN
@@ -31,7 +33,7 @@ Chores:
   dictionary           write docs/can/ (EDS, DBC, object table) from the firmware's object dictionary
   dictionary NODE...   print a DBC file for sensors with these node ids (1 to 127, or 0x01 to 0x7F)
   mechanisms           write docs/mechanisms.md from the list of mechanisms
-  tables               remake the tables of the README (accuracy, speed); takes some minutes
+  tables               remake the tables of the README (accuracy, speed, board); takes an hour and more
 ";
 
 fn main() -> ExitCode {
@@ -44,6 +46,7 @@ fn main() -> ExitCode {
             }
         }),
         Some("size") => target::toolchain().and_then(|found| found.map_or(Ok(()), size::run)),
+        Some("flashing") => target::toolchain().and_then(|found| found.map_or(Ok(()), flashing::check)),
         Some("emulator") => target::toolchain().and_then(|found| found.map_or(Ok(()), emulator::run)),
         Some("qemu") => target::toolchain().and_then(|found| found.map_or(Ok(()), qemu::run)),
         Some("vcan") => vcan::run(),

@@ -4,7 +4,8 @@
 //! flash        = everything loaded: vectors, program, constants, initial values of .data
 //! static RAM   = .data, .bss, the capture buffer, what survives a reset
 //! stack        = what the linker leaves to it between _stack_end and _stack_start: all of the CCM, where nothing else may lie,
-//!                so that an overflow leaves memory and is a fault. How deep it gets is measured in the emulator.
+//!                so that an overflow leaves memory and is a fault. How deep it gets is measured in the emulator, whose test at full
+//!                load notes it beside the program (tests/emulator/src/stack_depth.rs).
 //! ```
 
 use std::fs;
@@ -21,6 +22,10 @@ const FLASH_BUDGET: u64 = 128 * 1024;
 const RAM_BUDGET: u64 = 96 * 1024;
 /// Least room for the stack, see `docs/board.md`.
 const STACK_BUDGET: u64 = 32 * 1024;
+/// Stack that must never have been used.
+const STACK_RESERVE: u64 = 8 * 1024;
+/// Where the emulator notes a build id and the depth that it has seen, beside the program.
+const STACK_DEPTH: &str = "stack-depth";
 /// RM0440, 2.2: flash, SRAM1 with SRAM2.
 const FLASH: std::ops::Range<u64> = 0x0800_0000..0x0808_0000;
 const RAM: std::ops::Range<u64> = 0x2000_0000..0x2001_8000;
@@ -37,7 +42,8 @@ pub fn run(toolchain: Toolchain) -> Result<(), String> {
     build(toolchain)?;
     let path = built("thud-firmware");
     let bytes = fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-    let sizes = Sizes::of(&bytes).map_err(|error| format!("{}: {error}", path.display()))?;
+    let mut sizes = Sizes::of(&bytes).map_err(|error| format!("{}: {error}", path.display()))?;
+    sizes.deepest = sizes.noted(&fs::read_to_string(path.with_file_name(STACK_DEPTH)).unwrap_or_default());
     print!("{sizes}");
     sizes.within_budget()
 }
@@ -65,6 +71,8 @@ struct Sizes {
     flash: u64,
     ram: u64,
     stack: std::ops::Range<u64>,
+    /// Bytes of the stack that this very program has used at worst, if it was run in the emulator.
+    deepest: Option<u64>,
     largest: Vec<(u64, String)>,
     /// The linker's hash of the program, empty for none.
     build_id: Vec<u8>,
@@ -110,7 +118,14 @@ impl Sizes {
             .collect();
         largest.sort_by(|a, b| b.cmp(a));
         largest.truncate(LARGEST);
-        Ok(Self { sections, flash, ram, stack, largest, build_id: file.build_id()?.unwrap_or_default().to_vec() })
+        let build_id = file.build_id()?.unwrap_or_default().to_vec();
+        Ok(Self { sections, flash, ram, stack, deepest: None, largest, build_id })
+    }
+
+    /// The depth in the emulator's note, if that is about this program.
+    fn noted(&self, note: &str) -> Option<u64> {
+        let (build, bytes) = note.split_once(' ')?;
+        (build == hex(&self.build_id)).then(|| bytes.trim().parse().ok())?
     }
 
     fn within_budget(&self) -> Result<(), String> {
@@ -132,6 +147,7 @@ impl Sizes {
         let beyond: Vec<_> = [
             beyond("flash", self.flash, FLASH_BUDGET),
             beyond("static RAM", self.ram, RAM_BUDGET),
+            self.deepest.and_then(|used| beyond("stack in use", used, STACK_BUDGET - STACK_RESERVE)),
             short,
             open,
             shared,
@@ -141,6 +157,10 @@ impl Sizes {
         .collect();
         if beyond.is_empty() { Ok(()) } else { Err(beyond.join("; ")) }
     }
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 impl std::fmt::Display for Sizes {
@@ -160,7 +180,13 @@ impl std::fmt::Display for Sizes {
             self.stack.end,
             self.stack.end.saturating_sub(self.stack.start)
         )?;
-        let hex = |bytes: &[u8]| bytes.iter().map(|byte| format!("{byte:02x}")).collect::<String>();
+        let most = STACK_BUDGET - STACK_RESERVE;
+        match self.deepest {
+            Some(used) => writeln!(to, "used at worst, in the emulator: {used} bytes, budget {most}")?,
+            None => {
+                writeln!(to, "used at worst: not yet seen of this build; `cargo xtask emulator` does (budget {most})")?
+            }
+        }
         let build = &self.build_id[..self.build_id.len().min(8)];
         writeln!(to, "\nbuild 0x{}, object 0x2402:6 (build id {})", hex(build), hex(&self.build_id))?;
         writeln!(to, "\nlargest symbols")?;
@@ -175,35 +201,48 @@ impl std::fmt::Display for Sizes {
 mod tests {
     use super::*;
 
+    const NOTHING: Sizes = Sizes {
+        sections: Vec::new(),
+        flash: 0,
+        ram: 0,
+        stack: CCM,
+        deepest: None,
+        largest: Vec::new(),
+        build_id: Vec::new(),
+    };
+
     #[test]
-    fn beyond_either_budget_is_a_failure_that_says_by_how_much() {
-        let sizes = |flash, ram| Sizes {
-            sections: Vec::new(),
-            flash,
-            ram,
-            stack: CCM,
-            largest: Vec::new(),
-            build_id: Vec::new(),
-        };
-        assert_eq!(sizes(FLASH_BUDGET, RAM_BUDGET).within_budget(), Ok(()));
-        let said = sizes(FLASH_BUDGET + 7, RAM_BUDGET + 1).within_budget().unwrap_err();
+    fn beyond_a_budget_is_a_failure_that_says_by_how_much() {
+        let sizes = |flash, ram, deepest| Sizes { flash, ram, deepest: Some(deepest), ..NOTHING };
+        assert_eq!(sizes(FLASH_BUDGET, RAM_BUDGET, STACK_BUDGET - STACK_RESERVE).within_budget(), Ok(()));
+        let said = sizes(FLASH_BUDGET + 7, RAM_BUDGET + 1, STACK_BUDGET).within_budget().unwrap_err();
         assert!(
-            said.contains("flash: 131079 bytes, 7 more") && said.contains("static RAM: 98305 bytes, 1 more"),
+            said.contains("flash: 131079 bytes, 7 more")
+                && said.contains("static RAM: 98305 bytes, 1 more")
+                && said.contains("stack in use: 32768 bytes, 8192 more"),
             "{said}"
         );
     }
 
     #[test]
+    fn a_depth_that_was_seen_of_another_build_does_not_count() {
+        let sizes = Sizes { build_id: vec![0x9E, 0xC5], ..NOTHING };
+        assert_eq!(sizes.noted("9ec5 16072\n"), Some(16_072));
+        for other in ["", "9ec5", "9ec6 16072\n", "9ec53b 16072\n", "9ec5 many\n"] {
+            assert_eq!(sizes.noted(other), None, "{other:?}");
+        }
+    }
+
+    #[test]
     fn a_stack_that_is_short_or_that_nothing_stops_is_a_failure() {
-        let with =
-            |stack| Sizes { sections: Vec::new(), flash: 0, ram: 0, stack, largest: Vec::new(), build_id: Vec::new() };
+        let with = |stack| Sizes { stack, ..NOTHING };
         assert_eq!(with(CCM).within_budget(), Ok(()));
         let short = with(CCM.start..CCM.end - 8).within_budget().unwrap_err();
         assert!(short.contains("room for 32760 bytes"), "{short}");
         let open = with(0x2001_0000..0x2001_8000).within_budget().unwrap_err();
         assert!(open.contains("nothing stops it"), "{open}");
         let section = Section { name: ".data".into(), address: CCM.start, flash: 0, ram: 0 };
-        let shared = Sizes { sections: vec![section], ..with(CCM) }.within_budget().unwrap_err();
+        let shared = Sizes { sections: vec![section], ..NOTHING }.within_budget().unwrap_err();
         assert!(shared.contains(".data lies in it"), "{shared}");
     }
 

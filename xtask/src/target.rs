@@ -36,7 +36,14 @@ pub enum Toolchain {
 impl Toolchain {
     /// A cargo that builds for the board; add what to do.
     pub fn cargo(self, chore: &str) -> Command {
-        let mut cargo = match self {
+        let mut cargo = self.command(chore);
+        cargo.args(["--target", TARGET]);
+        cargo
+    }
+
+    /// The same for a chore that names the target by itself, as an alias does.
+    pub fn command(self, chore: &str) -> Command {
+        match self {
             Self::Rustup => step::cargo(&[chore]),
             Self::Debian => {
                 // Rustup's proxy, not the cargo that runs this, for only the proxy knows other toolchains.
@@ -47,9 +54,7 @@ impl Toolchain {
                 cargo.env(linker_variable(), DEBIAN_LINKER);
                 cargo
             }
-        };
-        cargo.args(["--target", TARGET]);
-        cargo
+        }
     }
 }
 
@@ -77,7 +82,7 @@ pub fn toolchain() -> Result<Option<Toolchain>, String> {
     }
     if !packages::may_install() {
         packages::left_out(&format!(
-            "the firmware is not built for the board, and what needs that is left out.\n\
+            "the firmware is not built for the board. Left out: its size, its logic in QEMU, its ELF file in the emulator.\n\
              RUSTUP_AUTO_INSTALL=0 forbids `rustup target add {TARGET}`; missing for Debian's compiler instead: {}.\n\
              As root on Debian, `cargo xtask target` installs it; without, unset RUSTUP_AUTO_INSTALL.",
             missing.join(", ")

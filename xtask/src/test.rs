@@ -1,6 +1,6 @@
 //! `cargo xtask test` and `cargo xtask tables`.
 
-use crate::{emulator, python, qemu, size, step, target};
+use crate::{emulator, flashing, python, qemu, size, step, target};
 
 /// Format, lints, documentation, tests: in the order in which a mistake is cheapest to find.
 ///
@@ -23,6 +23,7 @@ pub fn run() -> Result<(), String> {
     let toolchain = target::toolchain()?;
     if let Some(toolchain) = toolchain {
         size::run(toolchain)?;
+        flashing::check(toolchain)?;
         program = qemu::program(toolchain)?;
     }
     let mut tests = if step::works(&mut step::cargo(&["nextest", "--version"])) {
@@ -37,10 +38,15 @@ pub fn run() -> Result<(), String> {
     toolchain.map_or(Ok(()), emulator::run)
 }
 
-/// The README's tables.
+/// The README's tables, the board's last.
 ///
 /// # Errors
 /// The first bench that fails.
 pub fn tables() -> Result<(), String> {
-    step::run("tables", &mut step::cargo(&["bench", "--workspace", "--benches"]))
+    step::run("tables", &mut step::cargo(&["bench", "--workspace", "--benches"]))?;
+    let Some(toolchain) = target::toolchain()? else { return Ok(()) };
+    qemu::run(toolchain)?;
+    emulator::table(toolchain)?;
+    // After the emulator, which has noted how deep the stack got.
+    size::run(toolchain)
 }

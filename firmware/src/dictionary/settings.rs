@@ -63,38 +63,21 @@ pub const fn object_of(setting: Setting) -> (u16, u8) {
 /// number, 0 where it stands for "none". `None` where every value of the type is possible or another setting decides.
 #[must_use]
 pub fn limits(object: u16, sub: u8) -> Option<(f32, f32)> {
-    use Setting::{
-        BodyStiffness, ChainDelay, Contact, EffectiveMass, EffectiveMassMaxAge, Filter, Heartbeat, Limits,
-        NewtonPerCode, NodeId, OnsetMinimum, OnsetMultiple, Region as BodyRegion, RelativeUncertainty, SampleRate,
-        TimeConstant,
-    };
-    const NUMBERS: [Setting; 12] = [
-        BodyStiffness,
-        EffectiveMass,
-        EffectiveMassMaxAge,
-        OnsetMultiple,
-        OnsetMinimum,
-        RelativeUncertainty,
-        SampleRate,
-        NewtonPerCode,
-        TimeConstant,
-        ChainDelay,
-        NodeId,
-        Heartbeat,
-    ];
     let last = |number: usize| Some((0.0, number as f32));
     match (object, sub) {
-        // 0: no region.
-        at if at == object_of(BodyRegion) => last(Region::ALL.len()),
-        at if at == object_of(Contact) => last(ContactKind::Clamped as usize),
-        at if at == object_of(Limits) => last(LimitsProfile::ALL.len() - 1),
-        at if at == object_of(Filter) => last(FilterProfile::ALL.len() - 1),
-        // 0: unknown.
-        at if at == object_of(EffectiveMass) => EffectiveMass.range().map(|(_, high)| (0.0, high)),
-        (index::RECEIVED_MASS, 1) => EffectiveMass.range(),
+        (index::RECEIVED_MASS, 1) => Setting::EffectiveMass.range(),
         (index::STREAM, 1) => Some((0.0, f32::from(crate::stream::MOST))),
         (index::TRANSACTION, 1) => Some((f32::from(super::APPLY), f32::from(super::DISCARD))),
-        at => NUMBERS.into_iter().find(|setting| object_of(*setting) == at).and_then(Setting::range),
+        at => match Setting::ALL.into_iter().find(|setting| object_of(*setting) == at)? {
+            // 0: no region.
+            Setting::Region => last(Region::ALL.len()),
+            Setting::Contact => last(ContactKind::Clamped as usize),
+            Setting::Limits => last(LimitsProfile::ALL.len() - 1),
+            Setting::Filter => last(FilterProfile::ALL.len() - 1),
+            // 0: unknown.
+            Setting::EffectiveMass => Setting::EffectiveMass.range().map(|(_, high)| (0.0, high)),
+            number => number.range(),
+        },
     }
 }
 

@@ -1,5 +1,7 @@
 //! The captured counts as force: calibrated, with zero, drift and hum removed, read in pieces.
 
+use core::cell::Cell;
+
 use crate::board::AdcCode;
 use crate::calibration::Calibration;
 use crate::capture::Curve;
@@ -26,11 +28,13 @@ pub struct Force<'a, C> {
     /// Cosine and sine of each tone's turn over a stride.
     turns: [(f32, f32); TONES],
     len: usize,
+    /// What the search for moving pieces has spent on all contacts of the impact, see [`super::ring`].
+    pub work: &'a Cell<usize>,
 }
 
 impl<'a, C: Curve> Force<'a, C> {
-    /// The force in a curve.
-    pub fn new(curve: &'a C, context: &'a ImpactContext) -> Self {
+    /// The force in a curve; `work` is zero.
+    pub fn new(curve: &'a C, context: &'a ImpactContext, work: &'a Cell<usize>) -> Self {
         let shift = curve.first_index().wrapping_sub(context.baseline.origin) as i64 as f32;
         let wanted = context.end.saturating_sub(curve.first_index());
         Self {
@@ -45,6 +49,7 @@ impl<'a, C: Curve> Force<'a, C> {
                 (cosine, sine)
             }),
             len: curve.len().min(usize::try_from(wanted).unwrap_or(usize::MAX)),
+            work,
         }
     }
 
@@ -52,7 +57,9 @@ impl<'a, C: Curve> Force<'a, C> {
     #[cfg(test)]
     pub fn bare(curve: &'a C, baseline: &'a Baseline) -> Self {
         let calibration = Calibration::new(&crate::configuration::Configuration::DEFAULT.chain);
-        Self { curve, calibration, baseline, shift: 0.0, base: 0.0, turns: [(1.0, 0.0); TONES], len: curve.len() }
+        let work = std::boxed::Box::leak(std::boxed::Box::new(Cell::new(0)));
+        let turns = [(1.0, 0.0); TONES];
+        Self { curve, calibration, baseline, shift: 0.0, base: 0.0, turns, len: curve.len(), work }
     }
 
     /// The same force, counted from a rest, N.

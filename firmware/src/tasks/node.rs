@@ -12,7 +12,13 @@ use crate::shared::{Report, Shared, Task};
 /// Runs for ever.
 pub async fn run<const N: usize>(mut can: impl CanReceive, shared: &'static Shared<N>) -> ! {
     let mut node = CanOpenNode::new(shared);
+    let mut heard = None;
     loop {
+        // Before the boot-up message of a new node id has crossed the bus, so that no answer to it is missed.
+        let wanted = node.listens_to();
+        if heard.replace(wanted) != Some(wanted) {
+            can.listen_to(&wanted);
+        }
         let now = Instant::now();
         node.poll(now.as_millis());
         let due = Instant::from_millis(node.due_ms(now.as_millis())).min(now + PULSE);

@@ -48,7 +48,7 @@ pub async fn run<const N: usize>(mut samples: impl Samples, shared: &Shared<N>) 
         for signal in &signals {
             handle(*signal, shared);
         }
-        status.impact_open = detector.impact_open();
+        let was_open = core::mem::replace(&mut status.impact_open, detector.impact_open());
         if blocks % STATUS_BLOCKS == 0 {
             let chain = shared.active().configuration.chain;
             let baseline = detector.baseline();
@@ -58,8 +58,11 @@ pub async fn run<const N: usize>(mut samples: impl Samples, shared: &Shared<N>) 
             status.threshold = detector.threshold();
             status.settled = detector.settled();
         }
-        blocks = (blocks + 1) % STATUS_BLOCKS;
         shared.detector.lock(|cell| cell.set(status));
+        if was_open && (!status.impact_open || blocks % STATUS_BLOCKS == 0) {
+            shared.impact_over.wake();
+        }
+        blocks = (blocks + 1) % STATUS_BLOCKS;
         shared.lives(Task::Sampler);
     }
 }

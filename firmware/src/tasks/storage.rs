@@ -1,19 +1,19 @@
 //! An applied configuration into flash, between impacts.
 
-use embassy_time::{Duration, Timer, with_timeout};
+use core::task::{Context, Poll};
+
+use embassy_time::with_timeout;
 use embedded_storage_async::nor_flash::NorFlash;
 
 use super::PULSE;
 use crate::configuration_lock::ConfigurationLock;
 use crate::emergency::Fault;
 use crate::shared::{Report, Shared, Task};
-use crate::storage::{NotStored, Store};
-
-/// How often it is looked whether the impact is over.
-const IMPACT_POLL: Duration = Duration::from_millis(10);
+use crate::storage::{ImpactWatch, NotStored, Store, closed};
 
 /// Runs for ever.
-pub async fn run<F: NorFlash, const N: usize>(mut store: Store<F>, shared: &Shared<N>) -> ! {
+pub async fn run<F: NorFlash, const N: usize>(mut store: Store<F>, shared: &'static Shared<N>) -> ! {
+    store.wait_for_impacts(shared);
     let (mut locked, start) = store.start().await;
     shared.with_lock(|lock| *lock = locked);
     shared.set_start(start);
@@ -27,10 +27,8 @@ pub async fn run<F: NorFlash, const N: usize>(mut store: Store<F>, shared: &Shar
         if wanted.is_err() {
             continue;
         }
-        while shared.detector().impact_open {
-            shared.lives(Task::Storage);
-            Timer::after(IMPACT_POLL).await;
-        }
+        // What is stored is what holds when the impact is over.
+        closed(shared).await;
         let active = shared.active();
         // The lock first: a change whose counter were not kept could be replayed after a power cut.
         let wanted = shared.lock();
@@ -55,6 +53,14 @@ pub async fn run<F: NorFlash, const N: usize>(mut store: Store<F>, shared: &Shar
                 shared.report(Report::Raised(Fault::Storage, active.revision));
             }
         }
+    }
+}
+
+impl<const N: usize> ImpactWatch for Shared<N> {
+    fn poll_closed(&self, context: &mut Context<'_>) -> Poll<()> {
+        self.lives(Task::Storage);
+        self.impact_over.register(context.waker());
+        if self.detector().impact_open { Poll::Pending } else { Poll::Ready(()) }
     }
 }
 

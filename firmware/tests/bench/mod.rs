@@ -369,8 +369,13 @@ pub fn with_sensor<T>(flash: &Flash, script: impl AsyncFnOnce(&Master) -> T) -> 
     run_virtually(async {
         let mut store = Store::new(flash, 0..8192);
         let loaded = store.load().await;
-        let identity =
-            Identity { serial: 0x1234_5678, hardware_revision: 0, build: 0, reset_cause: ResetCause::PowerOn };
+        let identity = Identity {
+            serial: 0x1234_5678,
+            hardware_revision: 0,
+            build: 0,
+            reset_cause: ResetCause::PowerOn,
+            ended_at: 0,
+        };
         let captures: &'static Captures<CAPTURE> = Box::leak(Box::new(Captures::new()));
         let shared: &'static Shared<CAPTURE> = Box::leak(Box::new(Shared::new(identity, loaded, captures)));
         let half = || Half(wires.clone());

@@ -130,7 +130,8 @@ thread_local! {
 
 impl Lab {
     fn new() -> Self {
-        let identity = Identity { serial: 7, hardware_revision: 0, build: 0, reset_cause: ResetCause::PowerOn };
+        let identity =
+            Identity { serial: 7, hardware_revision: 0, build: 0, reset_cause: ResetCause::PowerOn, ended_at: 0 };
         let captures: &'static Captures<64> = Box::leak(Box::new(Captures::new()));
         let shared: &'static Shared<64> = Box::leak(Box::new(Shared::new(identity, Loaded::Nothing, captures)));
         Self { node: CanOpenNode::new(shared), shared, now_ms: 0 }

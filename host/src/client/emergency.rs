@@ -15,7 +15,7 @@ pub fn words(fault: Fault) -> &'static str {
         Fault::Configuration => "the stored configuration could not be read, defaults are in use",
         Fault::Storage => "the configuration could not be written to flash",
         Fault::Watchdog => "the last reset was forced by the watchdog",
-        Fault::Panic => "the last reset followed a panic of the firmware",
+        Fault::Panic => "the last reset followed a panic or a fault of the firmware",
         Fault::NotEvaluated => "an impact was not evaluated, the one before it still was",
         Fault::PdoLength => "an effective-mass frame was too short",
     }
@@ -33,6 +33,9 @@ pub fn sentence(emergency: &Emergency) -> String {
         };
     }
     match Fault::from_code(emergency.code) {
+        Some(Fault::Panic) if emergency.detail != 0 => {
+            format!("{}; cargo xtask where 0x{:08X}", words(Fault::Panic), emergency.detail)
+        }
         Some(fault) if emergency.detail != 0 => format!("{} ({})", words(fault), emergency.detail),
         Some(fault) => words(fault).to_owned(),
         None => format!("error 0x{:04X}, which this version does not know", emergency.code),
@@ -57,6 +60,8 @@ mod tests {
     fn a_fault_its_end_and_an_unknown_one_are_told_apart() {
         let mut emergency = Emergency { code: 0xFF02, register: 0x81, cause: 2, detail: 40 };
         assert_eq!(sentence(&emergency), "samples were lost (40)");
+        emergency = Emergency { code: 0x6100, register: 0x01, cause: 9, detail: 0x0800_1235 };
+        assert!(sentence(&emergency).ends_with("; cargo xtask where 0x08001235"));
         emergency = Emergency { code: 0, register: 0, cause: 0, detail: 0 };
         assert!(sentence(&emergency).starts_with("over: the bias of the load cell"));
         emergency.code = 0x1234;

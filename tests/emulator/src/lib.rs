@@ -29,3 +29,4 @@ pub mod image;
 pub mod log;
 pub mod machine;
 pub mod moment;
+pub mod stack_depth;

@@ -49,9 +49,14 @@ fn a_panic_leaves_a_record_that_the_next_start_tells() {
     lab.emulator_mut().chip_mut().fail_dma();
     lab.run_ms(200);
     assert_eq!(last_start(&lab), Start::Software);
-    assert_eq!(lab.emergencies(), [Fault::Panic]);
+    let told = lab.told();
+    assert_eq!(told.iter().map(|told| told.code).collect::<Vec<_>>(), [Fault::Panic.code()]);
+    // Where: the driver's handler, not the machinery of panics that it called.
+    let image = Image::read(&Image::usual_place()).unwrap();
+    assert_eq!(image.function_at(told[0].detail - 2), "DMA1_CHANNEL1", "0x{:08X}", told[0].detail);
     assert_eq!(lab.status().reset_cause, "panic");
-    assert!(lab.logged("before the reset: Panic") && lab.logged("DMA: error"), "{:#?}", lab.emulator().log());
+    let first = format!("before the reset: Panic, detail 0x0; cargo xtask where [0x{:x}", told[0].detail);
+    assert!(lab.logged(&first) && lab.logged("DMA: error"), "{:#?}", lab.emulator().log());
     lab.expect_order(2);
     // It is told once.
     lab.emulator_mut().press_reset();
@@ -66,7 +71,11 @@ fn a_jump_into_nowhere_is_a_hard_fault_with_its_address() {
     lab.emulator_mut().machine_mut().jump_to(0x6000_0000);
     lab.run_ms(200);
     assert_eq!(last_start(&lab), Start::Software);
-    assert_eq!(lab.emergencies(), [Fault::Panic]);
+    let told = lab.told();
+    assert_eq!(
+        told.iter().map(|told| (told.code, told.detail)).collect::<Vec<_>>(),
+        [(Fault::Panic.code(), 0x6000_0000)]
+    );
     assert!(lab.logged("before the reset: HardFault") && lab.logged("0x60000000"), "{:#?}", lab.emulator().log());
     assert_eq!(lab.emulator().machine().faults().len(), 1);
 }
@@ -80,6 +89,7 @@ fn an_undefined_instruction_is_a_hard_fault_with_its_reason() {
     lab.emulator_mut().machine_mut().jump_to(undefined);
     lab.run_ms(200);
     assert_eq!(last_start(&lab), Start::Software);
+    assert_eq!(lab.told().first().map(|told| told.detail), Some(undefined));
     // CFSR: UNDEFINSTR.
     assert!(lab.logged("before the reset: HardFault, detail 0x10000"), "{:#?}", lab.emulator().log());
 }

@@ -43,7 +43,8 @@ static CAPTURES: Captures<16> = Captures::new();
 fn read(node_id: u8, object: u16, sub: u8) -> Option<Value> {
     static SHARED: OnceLock<Shared<16>> = OnceLock::new();
     let shared = SHARED.get_or_init(|| {
-        let identity = Identity { serial: 0, hardware_revision: 0, build: 0, reset_cause: ResetCause::PowerOn };
+        let identity =
+            Identity { serial: 0, hardware_revision: 0, build: 0, reset_cause: ResetCause::PowerOn, ended_at: 0 };
         Shared::new(identity, Loaded::Nothing, &CAPTURES)
     });
     let mut node =

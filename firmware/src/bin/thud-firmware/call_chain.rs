@@ -1,52 +1,108 @@
-//! Who had called whom, read off the stack without debug information.
+//! Who had called whom, by the frame pointers, without debug information.
 //!
 //! ```text
-//! stack pointer ▶ │ saved register   │
-//!                 │ return address   │  odd, within the program, and the instruction before it is a call
-//!                 │ local variable   │
-//!                 │ return address   │
+//!                 ┌──────────────────▶ │ caller's r7    │ ──▶ … up to the bottom of the stack
+//!       │ r7 of the caller │           │ return address │
+//! r7 ▶ ─┴ return address   │           one frame for each function, the innermost first (AAPCS32)
 //! ```
 //!
-//! Rust keeps no frame pointers here, so every word of the stack is looked at. A word that a function has left there and nobody
-//! has overwritten may pass for a call that has long returned: the chain may name too many, never too few.
+//! Rust compiles for `thumbv7em-none-eabihf` with frame pointers, `core` included; the emulator's tests see whether that is still so. A
+//! handler's return address is no address but says that the processor has pushed eight words above the frame (ARMv7-M
+//! ARM, B1.5.6), of which the seventh is where the program was interrupted.
 
 use core::ops::Range;
 
-/// Whether a word is the address to which a call would return. `code` gives the half-word at an address of the program.
-pub fn is_return_address(word: u32, program: &Range<u32>, code: impl Fn(u32) -> u16) -> bool {
-    // Thumb: bit 0 is set in an address to go to.
-    let after = word & !1;
-    if word & 1 == 0 || after < program.start + 4 || after >= program.end {
-        return false;
+/// The least of the return addresses that stand for a return from an exception.
+const EXCEPTION_RETURN: u32 = 0xFFFF_FFE0;
+/// From a handler's frame to the address at which it interrupted: its own two words, and R0 to R3, R12, LR.
+const TO_INTERRUPTED: u32 = 8 + 24;
+
+/// The addresses to which the calls in progress would return: odd, as is every address to go to. What an interrupt has interrupted is
+/// the address of an instruction, even.
+pub struct CallChain<W> {
+    /// Frame of the innermost call, from register 7.
+    pub frame: u32,
+    /// Where frames can lie.
+    pub stack: Range<u32>,
+    /// Where calls can come from; what lies elsewhere is left out.
+    pub program: Range<u32>,
+    /// The word at an address of the stack.
+    pub word: W,
+}
+
+impl<W: Fn(u32) -> u32> Iterator for CallChain<W> {
+    type Item = u32;
+
+    fn next(&mut self) -> Option<u32> {
+        loop {
+            let frame = self.frame;
+            let last = self.stack.end.checked_sub(TO_INTERRUPTED + 4)?;
+            if !frame.is_multiple_of(4) || frame < self.stack.start || frame > last {
+                return None;
+            }
+            let (caller, back) = ((self.word)(frame), (self.word)(frame + 4));
+            // The stack grows down. What does not lie above is no caller's, and ends the chain next time.
+            self.frame = if caller > frame { caller } else { u32::MAX };
+            let (told, instruction) = if back >= EXCEPTION_RETURN {
+                let interrupted = (self.word)(frame + TO_INTERRUPTED);
+                (interrupted, interrupted)
+            } else {
+                // The call lies before, and may be the last instruction of all.
+                (back, (back & !1).wrapping_sub(2))
+            };
+            if self.program.contains(&instruction) {
+                return Some(told);
+            }
+        }
     }
-    // ARMv7-M ARM, A7.7.18 and A7.7.19: BL is 11110S… 11.1.…, BLX Rm is 010001111 Rm 000.
-    let (first, second) = (code(after - 4), code(after - 2));
-    (first & 0xF800 == 0xF000 && second & 0xD000 == 0xD000) || second & 0xFF87 == 0x4780
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// push; bl (two half-words); movs; blx r3; b; and its length.
-    const CODE: [u16; 6] = [0xB580, 0xF7FF, 0xFFFE, 0x2000, 0x4798, 0xE7FE];
-    const START: u32 = 0x0800_0200;
+    const STACK: Range<u32> = 0x1000_0000..0x1000_0080;
+    const PROGRAM: Range<u32> = 0x0800_0200..0x0800_1000;
 
-    fn returns_to(word: u32) -> bool {
-        let program = START..START + 2 * CODE.len() as u32;
-        is_return_address(word, &program, |at| CODE[((at - START) / 2) as usize])
+    /// The chain through a stack with these words at these offsets.
+    fn chain(from: u32, words: &[(u32, u32)]) -> Vec<u32> {
+        let word = |at: u32| {
+            assert!(STACK.contains(&at) && at.is_multiple_of(4), "0x{at:08X} is no word of the stack");
+            words.iter().find(|(offset, _)| STACK.start + offset == at).map_or(0, |(_, word)| *word)
+        };
+        CallChain { frame: from, stack: STACK, program: PROGRAM, word }.collect()
     }
 
     #[test]
-    fn only_what_follows_a_call_is_a_return_address() {
-        let found: Vec<u32> = (START - 8..START + 32).filter(|word| returns_to(*word)).collect();
-        assert_eq!(found, [START + 6 + 1, START + 10 + 1]);
+    fn each_frame_leads_to_its_caller_s_and_what_lies_between_does_not_count() {
+        let words = [
+            (0x00, 0x1000_0018),
+            (0x04, 0x0800_0401),
+            // Left by a call that has long returned.
+            (0x10, 0x0800_0777),
+            (0x18, 0x1000_0030),
+            // Outside of what is looked at: the machinery of panics.
+            (0x1C, 0x0800_2001),
+            (0x30, 0),
+            // After the last instruction of the program.
+            (0x34, 0x0800_1001),
+        ];
+        assert_eq!(chain(STACK.start, &words), [0x0800_0401, 0x0800_1001]);
     }
 
     #[test]
-    fn what_lies_elsewhere_is_never_looked_up() {
-        for word in [0, 1, 3, u32::MAX, 0x2000_0001, 0x1000_7FFF] {
-            assert!(!returns_to(word));
+    fn a_handler_s_frame_tells_what_it_interrupted() {
+        let words = [(0x00, 0x1000_0040), (0x04, 0xFFFF_FFF9), (0x20, 0x0800_0500), (0x40, 0), (0x44, 0x0800_0601)];
+        assert_eq!(chain(STACK.start, &words), [0x0800_0500, 0x0800_0601]);
+    }
+
+    #[test]
+    fn a_stack_that_is_damaged_is_not_left_and_is_followed_no_further() {
+        for caller in [0, 1, 0x1000_0002, STACK.start, STACK.end, STACK.end - 4, u32::MAX] {
+            assert_eq!(chain(STACK.start, &[(0, caller), (4, 0x0800_0401)]), [0x0800_0401]);
+        }
+        for from in [0, STACK.start - 4, STACK.start + 1, STACK.end - 4, STACK.end, u32::MAX] {
+            assert_eq!(chain(from, &[]), [0; 0]);
         }
     }
 }

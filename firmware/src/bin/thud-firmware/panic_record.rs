@@ -7,7 +7,7 @@
 //! | 8 | u32 | detail, see [`End`] |
 //! | 12 | u32 | number of addresses |
 //! | 16 | u32 | CRC-32 (ISO-HDLC) of end, detail, number and addresses; anything else: no record |
-//! | 20 | u32 × 59 | addresses in the program: where it ended and who had called, the innermost first |
+//! | 20 | u32 × 59 | addresses in the program: where it ended, which EMCY tells too, and who had called, the innermost first |
 //!
 //! Uninitialised memory is any 256 bytes; the CRC decides whether they are a record.
 //!

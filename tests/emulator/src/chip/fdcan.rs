@@ -86,6 +86,8 @@ pub struct FdCan {
     requests: Vec<(Picoseconds, Request)>,
     was_bus_off: bool,
     lost: u64,
+    accepted: u64,
+    filtered: u64,
 }
 
 impl Default for FdCan {
@@ -105,6 +107,8 @@ impl Default for FdCan {
             requests: Vec::new(),
             was_bus_off: false,
             lost: 0,
+            accepted: 0,
+            filtered: 0,
         }
     }
 }
@@ -136,6 +140,18 @@ impl FdCan {
     #[must_use]
     pub fn lost(&self) -> u64 {
         self.lost
+    }
+
+    /// Frames that passed the filters since the reset, the lost ones included.
+    #[must_use]
+    pub fn accepted(&self) -> u64 {
+        self.accepted
+    }
+
+    /// Frames that the filters kept out since the reset.
+    #[must_use]
+    pub fn filtered(&self) -> u64 {
+        self.filtered
     }
 
     /// Bit rate that it is set to, bit/s, with this kernel clock.
@@ -204,7 +220,12 @@ impl FdCan {
         if self.cccr & INIT != 0 {
             return;
         }
-        let Some((number, filter)) = self.filter(frame.id) else { return };
+        let Some((number, filter)) = self.filter(frame.id) else {
+            self.filtered += 1;
+            self.last_error = 0;
+            return;
+        };
+        self.accepted += 1;
         let overwrite = self.register(0x80) & if number == 0 { 1 << 9 } else { 1 << 8 } != 0;
         let fifo = &mut self.fifos[number];
         if fifo.fill == FIFO_DEPTH {

@@ -139,6 +139,7 @@ pub struct Flash {
     latched: Option<(u32, u32)>,
     under_way: Option<(Operation, Picoseconds)>,
     wear: Wear,
+    last_begun: Option<Picoseconds>,
     /// The power goes in the middle of the operation after this many.
     cut_after: Option<u32>,
     cut_at: Option<Picoseconds>,
@@ -156,6 +157,7 @@ impl Flash {
             latched: None,
             under_way: None,
             wear: Wear::default(),
+            last_begun: None,
             cut_after: None,
             cut_at: None,
         }
@@ -195,6 +197,12 @@ impl Flash {
     #[must_use]
     pub fn wear(&self) -> Wear {
         self.wear
+    }
+
+    /// When the latest operation was begun.
+    #[must_use]
+    pub fn last_begun(&self) -> Option<Picoseconds> {
+        self.last_begun
     }
 
     /// Wait states.
@@ -240,6 +248,7 @@ impl Flash {
             Operation::Erase { .. } => ERASE,
         };
         self.under_way = Some((operation, now + lasts));
+        self.last_begun = Some(now);
         self.cut_after = match self.cut_after {
             Some(0) => {
                 self.cut_at = Some(now + lasts / 2);

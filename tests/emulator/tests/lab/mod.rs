@@ -13,8 +13,8 @@ use thud_emulator::guest_bus::GuestBus;
 use thud_emulator::image::Image;
 use thud_firmware::board::Frame;
 use thud_firmware::configuration::Configuration;
-use thud_firmware::emergency::Fault;
-use thud_sim::bus::Outcome;
+use thud_firmware::emergency::{Emergency, Fault};
+use thud_sim::bus::{Attempt, Outcome};
 use thud_sim::chain::ChainSettings;
 use thud_sim::force::Blows;
 use thud_sim::rig::{Accuracy, Approach, Impact, Rig};
@@ -40,9 +40,13 @@ pub struct Lab {
 impl Lab {
     /// The firmware, just switched on, with this chain.
     pub fn new(chain: ChainSettings) -> Self {
+        Self::with(Settings { chain, ..Settings::default() })
+    }
+
+    /// The same with other settings too.
+    pub fn with(settings: Settings) -> Self {
         let image = Image::read(&Image::usual_place()).unwrap_or_else(|error| panic!("{error}"));
         let blows = Blows::new();
-        let settings = Settings { chain, ..Settings::default() };
         let mut emulator = Emulator::new(&image, &settings, blows.clone());
         emulator.chip_mut().front_end.keep_codes();
         emulator.bus().keep_record();
@@ -105,22 +109,26 @@ impl Lab {
         status.losses.iter().find(|loss| loss.what == what).unwrap_or_else(|| panic!("{what} is not counted")).count
     }
 
-    /// Frames of this identifier that were sent since this was last asked, and when each was complete; from the bus's record.
-    pub fn sent(&self, id: u16) -> Vec<(Instant, Frame)> {
+    /// Frames of this identifier that crossed the bus since this was last asked, from the bus's record.
+    pub fn crossed(&self, id: u16) -> Vec<Attempt> {
         let attempts = self.emulator().bus().take_record().into_iter();
-        attempts
-            .filter(|attempt| attempt.outcome == Outcome::Sent && attempt.frame.id == id)
-            .map(|attempt| (attempt.ended, attempt.frame))
-            .collect()
+        attempts.filter(|attempt| attempt.outcome == Outcome::Sent && attempt.frame.id == id).collect()
     }
 
-    /// Faults that the node has told of by EMCY since this was last asked.
-    pub fn emergencies(&self) -> Vec<Fault> {
+    /// The same: when each was complete, and what it was.
+    pub fn sent(&self, id: u16) -> Vec<(Instant, Frame)> {
+        self.crossed(id).into_iter().map(|attempt| (attempt.ended, attempt.frame)).collect()
+    }
+
+    /// What the node has told by EMCY since this was last asked.
+    pub fn told(&self) -> Vec<Emergency> {
         let frames = self.sent(0x80 + u16::from(NODE));
-        frames
-            .iter()
-            .filter_map(|(_, frame)| Fault::from_code(u16::from_le_bytes([frame.data[0], frame.data[1]])))
-            .collect()
+        frames.iter().map(|(_, frame)| Emergency::decode(frame.bytes()).expect("eight bytes")).collect()
+    }
+
+    /// The faults among it.
+    pub fn emergencies(&self) -> Vec<Fault> {
+        self.told().iter().filter_map(|told| Fault::from_code(told.code)).collect()
     }
 
     /// Orders an impact at `contact_s`; what truly happens.

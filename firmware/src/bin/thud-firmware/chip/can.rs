@@ -51,9 +51,9 @@ pub fn start(
         tx_buffer_mode: TxBufferMode::Priority,
         // The supervisor does it, more and more slowly.
         automatic_bus_off_recovery: false,
-        // CANopen: 11-bit identifiers, no remote frames.
+        // CANopen: 11-bit identifiers, no remote frames. Which identifiers, the node says: `Mailbox::listen_to`.
         global_filter: GlobalFilter {
-            handle_standard_frames: NonMatchingFilter::IntoRxFifo0,
+            handle_standard_frames: NonMatchingFilter::Reject,
             handle_extended_frames: NonMatchingFilter::Reject,
             reject_remote_standard_frames: true,
             reject_remote_extended_frames: true,

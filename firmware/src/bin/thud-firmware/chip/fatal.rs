@@ -42,7 +42,8 @@ unsafe fn NonMaskableInt() {
     FLASH.eccr().write_value(status);
 }
 
-/// Keeps where it happened and who had called, and resets.
+/// Keeps where it happened and who had called, and resets. The first address is where: of a fault the instruction, of a panic the
+/// call into its machinery, which `memory.x` keeps apart.
 fn end(end: End, detail: u32, frame: Option<&ExceptionFrame>) -> ! {
     let here = frame.map(|frame| [frame.pc(), frame.lr()]);
     memory::kept().keep(end, detail, here.into_iter().flatten().chain(memory::call_chain()));

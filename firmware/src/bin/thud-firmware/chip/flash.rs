@@ -1,8 +1,8 @@
 //! The storage: a few pages of the second flash bank.
 //!
 //! Operations block the thread executor: 22 ms for an erase, 0.1 ms for a word. That is meant. Sampling, alarm and reception run
-//! above it from the first bank, which the second does not stall; no impact is open, because the storage task waits for that;
-//! and the asynchronous driver of `embassy-stm32` 0.6.0 clears the error flags in its interrupt before it looks at them, so that
+//! above it from the first bank, which the second does not stall; no impact is open when one is begun, because the store waits for
+//! that; and the asynchronous driver of `embassy-stm32` 0.6.0 clears the error flags in its interrupt before it looks at them, so that
 //! it never reports a failure.
 
 use core::ops::Range;

@@ -27,6 +27,7 @@ pub fn read() -> Identity {
         hardware_revision: HARDWARE_REVISION,
         build: memory::build(),
         reset_cause: traces.cause(),
+        ended_at: kept.kept().and_then(|(_, _, addresses)| addresses.first().copied()).unwrap_or(0),
     }
 }
 

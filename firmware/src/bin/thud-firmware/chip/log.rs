@@ -2,10 +2,9 @@
 
 use defmt::{info, warn};
 use defmt_rtt as _;
-use embassy_time::{Duration, Ticker};
-use thud_firmware::shared::Shared;
-
-const PERIOD: Duration = Duration::from_millis(100);
+use embassy_time::Ticker;
+use thud_firmware::shared::{Shared, Task};
+use thud_firmware::tasks::PULSE;
 
 /// Who started, and why.
 pub fn start<const N: usize>(shared: &Shared<N>) {
@@ -24,12 +23,14 @@ pub fn start<const N: usize>(shared: &Shared<N>) {
 
 /// Tells events, losses and the state of bus and detector when they change; for ever.
 pub async fn run<const N: usize>(shared: &Shared<N>) -> ! {
-    let mut ticker = Ticker::every(PERIOD);
+    shared.watch(Task::Log);
+    let mut ticker = Ticker::every(PULSE);
     let mut next_event = 1;
     let mut counters = shared.counters();
     let mut settled = false;
     loop {
         ticker.next().await;
+        shared.lives(Task::Log);
         while let Some(event) = shared.event(next_event) {
             info!(
                 "event {=u32}: impact {=u32}, peak {=f32} N ({=f32} N unfiltered), impulse {=f32} Ns, {=str}",

@@ -7,7 +7,7 @@ use thud_firmware::board::{AdcCode, BLOCK};
 use thud_firmware::capture::{CAPTURE, Captures};
 use thud_firmware::shared::Shared;
 
-use crate::call_chain::is_return_address;
+use crate::call_chain::CallChain;
 use crate::panic_record::PanicRecord;
 
 /// The force curves: static because they are more than half of all memory, and because sampler, evaluator and node share them.
@@ -41,9 +41,11 @@ pub fn build() -> u64 {
     u64::from_be_bytes([a, b, c, d, e, f, g, h])
 }
 
-/// The addresses to which the calls on the stack would return, the innermost first; see [`crate::call_chain`].
-#[expect(unsafe_code, reason = "stack and program as the linker placed them; both are readable memory")]
-pub fn call_chain() -> impl Iterator<Item = u32> {
+/// The addresses to which the calls in progress would return, the innermost first, without the machinery of panics; see
+/// [`crate::call_chain`].
+#[expect(unsafe_code, reason = "the stack as the linker placed it is readable memory; a register is only read")]
+#[inline(always)]
+pub fn call_chain() -> CallChain<impl Fn(u32) -> u32> {
     unsafe extern "C" {
         static _stack_start: u32;
         static _stack_end: u32;
@@ -51,11 +53,12 @@ pub fn call_chain() -> impl Iterator<Item = u32> {
         static __etext: u32;
     }
     let address = |symbol: *const u32| symbol as u32;
-    let program = address(&raw const __stext)..address(&raw const __etext);
-    // A stack that has overflowed is looked at as far as it is memory.
-    let from = cortex_m::register::msp::read().max(address(&raw const _stack_end)) & !3;
-    (from..address(&raw const _stack_start))
-        .step_by(4)
-        .map(|at| unsafe { (at as *const u32).read_volatile() })
-        .filter(move |word| is_return_address(*word, &program, |at| unsafe { (at as *const u16).read() }))
+    let frame: u32;
+    unsafe { core::arch::asm!("mov {}, r7", out(reg) frame, options(nomem, nostack, preserves_flags)) };
+    CallChain {
+        frame,
+        stack: address(&raw const _stack_end)..address(&raw const _stack_start),
+        program: address(&raw const __stext)..address(&raw const __etext),
+        word: |at| unsafe { (at as *const u32).read_volatile() },
+    }
 }

@@ -51,7 +51,7 @@ async fn main(thread: Spawner) {
     let urgent = urgent::executor();
     urgent.spawn(sampler(samples, shared).expect(ONE));
     urgent.spawn(transmitter(transmit, shared).expect(ONE));
-    urgent.spawn(reception(receive).expect(ONE));
+    urgent.spawn(reception(receive, shared).expect(ONE));
 
     thread.spawn(node(shared).expect(ONE));
     thread.spawn(evaluator(shared).expect(ONE));
@@ -71,8 +71,8 @@ async fn transmitter(can: Transmission, shared: Shares) -> ! {
 }
 
 #[embassy_executor::task]
-async fn reception(can: embassy_stm32::can::CanRx<'static>) -> ! {
-    can::reception(can).await
+async fn reception(can: embassy_stm32::can::CanRx<'static>, shared: Shares) -> ! {
+    can::reception(can, shared).await
 }
 
 #[embassy_executor::task]

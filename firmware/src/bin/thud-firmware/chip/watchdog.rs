@@ -6,7 +6,7 @@ use embassy_stm32::wdg::IndependentWatchdog;
 use thud_firmware::board::Watchdog;
 use thud_firmware::tasks::PULSE;
 
-/// Evaluating the longest impact takes thread mode for tens of milliseconds; the LSI may be 10 % fast.
+/// Evaluating an impact takes thread mode for 0.6 s at most (`thud_firmware::impact`); the LSI may be 10 % fast.
 const PATIENCE_US: u32 = 1_000_000;
 const _: () =
     assert!(PATIENCE_US as u64 * 9 / 10 > 2 * PULSE.as_micros() + 4 * 22_000, "see thud_firmware::tasks::PULSE");
