@@ -24,6 +24,7 @@ pub mod model;
 pub mod recording;
 pub mod replay;
 pub mod report;
+pub mod robot;
 pub mod settings;
 pub mod simulated_sensor;
 pub mod simulation;
