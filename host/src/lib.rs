@@ -5,10 +5,12 @@
 //! ```text
 //! CAN ─▶ bus (transports) ─▶ client (the sensor as an object) ─▶ command ─▶ terminal, JSON, report
 //! rig ─▶ simulation ─▶ campaign (recordings with what is believed of them) ─▶ replay ─▶ report
+//! URDF ─▶ robot (effective mass) ─▶ client; biomechanics (limits) ─▶ permitted speed
 //! ```
 //!
 //! `demonstration` goes the whole way at once, from the simulated rig over the simulated bus to the report.
 
+pub mod biomechanics;
 pub mod bus;
 pub mod campaign;
 pub mod client;

@@ -28,8 +28,8 @@ pub enum NoBody {
     /// Negative mass.
     #[error("its mass is negative")]
     NegativeMass,
-    /// A moment of inertia about some axis is negative.
-    #[error("its inertia is negative about some axis")]
+    /// A moment of inertia about an axis of the frame is negative.
+    #[error("its inertia is negative about an axis of its frame")]
     NegativeInertia,
     /// Inertia without mass.
     #[error("it has inertia but no mass")]
@@ -49,13 +49,12 @@ impl Body {
         if mass_kg < 0.0 {
             return Err(NoBody::NegativeMass);
         }
-        let moments = inertia_kg_m2.symmetric_eigenvalues();
-        let largest = moments.amax();
-        if moments.min() < -1e-9 * largest {
+        // A negative moment about some oblique axis, as descriptions of tiny parts have it, is left to `is_possible`.
+        if inertia_kg_m2.diagonal().min() < 0.0 {
             return Err(NoBody::NegativeInertia);
         }
         if mass_kg == 0.0 {
-            return if largest > 0.0 { Err(NoBody::InertiaWithoutMass) } else { Ok(None) };
+            return if inertia_kg_m2.amax() > 0.0 { Err(NoBody::InertiaWithoutMass) } else { Ok(None) };
         }
         Ok(Some(Self { mass_kg, centre_m, inertia_kg_m2 }))
     }

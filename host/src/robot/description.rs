@@ -27,9 +27,9 @@ pub fn read(path: &Path) -> Result<Robot, InputError> {
 /// As [`read`].
 pub fn parse(file: &str, text: &str) -> Result<Robot, InputError> {
     let reader = Reader { file, text };
-    if text.contains("<xacro:") {
+    if let Some(at) = outside_comments(text, "<xacro:") {
         return Err(reader.refuse(
-            reader.find("<xacro:"),
+            at..at + "<xacro:".len(),
             "the file is a xacro template, not yet a URDF",
             "expand it first: `xacro robot.urdf.xacro > robot.urdf`",
         ));
@@ -45,6 +45,21 @@ pub fn parse(file: &str, text: &str) -> Result<Robot, InputError> {
     reader.robot(&described)
 }
 
+/// Where something first stands that is not in a comment.
+fn outside_comments(text: &str, what: &str) -> Option<usize> {
+    let mut from = 0;
+    loop {
+        let at = from + text[from..].find(what)?;
+        match text[from..at].find("<!--") {
+            None => return Some(at),
+            Some(opens) => from += opens + text[from + opens..].find("-->")? + "-->".len(),
+        }
+    }
+}
+
+/// Links that one warning names.
+const NAMED: usize = 4;
+
 struct Reader<'a> {
     file: &'a str,
     text: &'a str,
@@ -53,10 +68,6 @@ struct Reader<'a> {
 impl Reader<'_> {
     fn refuse(&self, place: Range<usize>, problem: impl Into<String>, remedy: impl Into<String>) -> InputError {
         InputError::at(self.file, self.text, place, problem, remedy)
-    }
-
-    fn find(&self, what: &str) -> Range<usize> {
-        self.text.find(what).map_or(0..0, |at| at..at + what.len())
     }
 
     /// The opening tag of the element with this name; `urdf-rs` does not say where it was.
@@ -136,10 +147,14 @@ impl Reader<'_> {
             warnings: Vec::new(),
         };
         // Depth first, children in the order of the file: a parent comes before its children.
+        let mut impossible = Vec::new();
         let mut waiting: Vec<(&urdf_rs::Link, Option<(usize, &urdf_rs::Joint)>)> = vec![(root, None)];
         while let Some((link, hangs_on)) = waiting.pop() {
             let index = robot.links.len();
-            let body = self.body(link, &mut robot.warnings)?;
+            let body = self.body(link)?;
+            if body.is_some_and(|body| !body.is_possible()) {
+                impossible.push(link.name.as_str());
+            }
             let joint = hangs_on.map(|(parent, joint)| self.joint(joint, parent, index)).transpose()?;
             robot.links.push(Link {
                 name: link.name.clone(),
@@ -157,11 +172,19 @@ impl Reader<'_> {
                 "a robot is a tree here; leave the joint out that closes the loop",
             ));
         }
+        if !impossible.is_empty() {
+            let more = impossible.len().saturating_sub(NAMED);
+            let names = impossible[..impossible.len().min(NAMED)].join(", ");
+            let rest = if more > 0 { format!(" and {more} more") } else { String::new() };
+            robot.warnings.push(format!(
+                "{names}{rest}: an inertia that no body has (one principal moment exceeds the sum of the two others)"
+            ));
+        }
         self.followers(described, &mut robot)?;
         Ok(robot)
     }
 
-    fn body(&self, link: &urdf_rs::Link, warnings: &mut Vec<String>) -> Result<Option<Body>, InputError> {
+    fn body(&self, link: &urdf_rs::Link) -> Result<Option<Body>, InputError> {
         let inertial = &link.inertial;
         let i = &inertial.inertia;
         let inertia = Matrix3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
@@ -180,14 +203,7 @@ impl Reader<'_> {
                 "correct the <origin> of its <inertial>",
             ));
         }
-        let Some(body) = body else { return Ok(None) };
-        if !body.is_possible() {
-            warnings.push(format!(
-                "link `{}` has an inertia that no body has: one principal moment exceeds the sum of the two others",
-                link.name
-            ));
-        }
-        Ok(Some(body.seen_from(&pose)))
+        Ok(body.map(|body| body.seen_from(&pose)))
     }
 
     fn joint(&self, joint: &urdf_rs::Joint, parent: usize, child: usize) -> Result<Joint, InputError> {

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use nalgebra::{Point3, Vector3};
+use proptest::prelude::*;
 
 use super::contact::{Contact, Frame, Orientation, direction};
 use super::effective_mass::assess;
@@ -328,10 +329,10 @@ fn what_is_no_robot_is_refused_with_its_place() {
             "follows `x`, which is no joint that leads",
         ),
         (a.clone() + &link("b", &inertial(-1.0, 1.0)), Some(3), "`b` is no rigid body: its mass is negative"),
-        (link("a", &inertial(1.0, -1.0)), Some(2), "negative about some axis"),
+        (link("a", &inertial(1.0, -1.0)), Some(2), "negative about an axis"),
         (link("a", &inertial(0.0, 1.0)), Some(2), "inertia but no mass"),
         (link("a", "<inertial><mass value=\"1\"/></inertial>"), None, "is no URDF"),
-        ("<xacro:property name=\"x\"/>".to_owned(), Some(2), "xacro template"),
+        ("<!-- <xacro:a/> -->\n<xacro:property name=\"x\"/>".to_owned(), Some(3), "xacro template"),
     ] {
         // A base that the broken link hangs on, where there is none.
         let body = if body.contains("joint")
@@ -361,5 +362,27 @@ fn an_upright_arm_is_as_long_as_its_data_sheet_says() {
     assert!((at([0.0; 7]) - Vector3::new(0.0, 0.0, 1.306)).norm() < 1e-12);
     // The second axis lays it to the front.
     let laid = at([0.0, 90.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-    assert!((laid - Vector3::new(0.946, 0.0, 0.36)).norm() < 1e-12, "{laid} {FRAC_PI_2}");
+    assert!((laid - Vector3::new(0.946, 0.0, 0.36)).norm() < 1e-12, "{laid}");
+}
+
+proptest! {
+    /// The example with a stretch of it overwritten: read or refused, never a panic, and what is read can be posed.
+    #[test]
+    fn no_damage_to_a_file_makes_it_panic(from in 0usize..6000, stretch in "[ <>/=\"a-z0-9.\\-]{0,12}", without in 0usize..40) {
+        let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/robots/iiwa14.urdf")).unwrap();
+        // Behind the comment, which is not ASCII.
+        let (head, body) = text.split_at(text.find("<robot").unwrap());
+        let from = from % body.len();
+        let until = (from + without).min(body.len());
+        let damaged = format!("{head}{}{stretch}{}", &body[..from], &body[until..]);
+        match description::parse("damaged.urdf", &damaged) {
+            Ok(robot) => {
+                let link = robot.links.len() - 1;
+                if let Ok(posture) = Posture::new(&robot, link, &Given::Named(Vec::new())) {
+                    prop_assert_eq!(posture.poses(&robot).len(), robot.links.len());
+                }
+            }
+            Err(error) => { let _ = format!("{:?}", miette::Report::new(error)); }
+        }
+    }
 }
