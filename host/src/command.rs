@@ -5,6 +5,7 @@ use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 mod configure;
 mod demo;
 mod diagnose;
+mod drop;
 mod evaluate;
 mod hit;
 mod limits;
@@ -48,6 +49,7 @@ enum Command {
     Mass(mass::Mass),
     Limits(limits::Limits),
     Speed(speed::Speed),
+    Drop(drop::Drop),
     Hit(hit::Hit),
     Configure(configure::Configure),
     Monitor(monitor::Monitor),
@@ -82,6 +84,7 @@ impl Thud {
             Command::Mass(command) => command.run(),
             Command::Limits(command) => command.run(),
             Command::Speed(command) => command.run(),
+            Command::Drop(command) => command.run(),
             Command::Hit(command) => command.run(),
             Command::Configure(command) => command.run(),
             Command::Monitor(command) => command.run(),

@@ -18,6 +18,7 @@ pub mod command;
 pub mod decimal;
 pub mod demonstration;
 pub mod diagnosis;
+pub mod drop_test;
 pub mod input;
 pub mod interrupt;
 pub mod json;
