@@ -1,4 +1,5 @@
-//! The effective mass against Pinocchio, another people's rigid-body dynamics: real robots and random trees, random postures, points, directions and tools.
+//! The effective mass against Pinocchio, another people's rigid-body dynamics: real robots and random trees, random
+//! postures, points, directions and tools.
 //!
 //! Inertia matrices, contact points and effective masses must agree within 1e-9.
 
@@ -188,7 +189,8 @@ fn real_robots_weigh_what_pinocchio_says() {
     assert!(compared.held > trials.len() / 4, "{compared:?}");
 }
 
-/// A random tree: turning and sliding joints, followers, branches, links in crooked frames; the last links perhaps without inertia.
+/// A random tree: turning and sliding joints, followers, branches, links in crooked frames; the last links perhaps
+/// without inertia.
 fn tree(random: &mut ChaCha8Rng) -> String {
     let links = random.random_range(3..14);
     let mut text = "<robot name=\"tree\"><link name=\"base\"/>\n".to_owned();
@@ -281,7 +283,8 @@ fn random_trees_weigh_what_pinocchio_says() {
     assert!(compared.held > trials.len() / 40, "{compared:?}");
 }
 
-/// The seventh axis of the example without inertia: M has rank 6, and Pinocchio's M with numpy's pseudo-inverse says the same.
+/// The seventh axis of the example without inertia: M has rank 6, and Pinocchio's M with numpy's pseudo-inverse says
+/// the same.
 #[test]
 fn an_axis_without_inertia_is_left_out_alike() {
     let Some(python) = python::python("numpy, pinocchio") else { return };

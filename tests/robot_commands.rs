@@ -1,4 +1,5 @@
-//! `thud mass`, `limits`, `speed` and `drop` as a person runs them; the mass on its way to a simulated sensor in another process.
+//! `thud mass`, `limits`, `speed` and `drop` as a person runs them; the mass on its way to a simulated sensor in
+//! another process.
 
 use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};

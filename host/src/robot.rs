@@ -7,9 +7,9 @@
 //!                               └─▶ effective_mass 1/m = nᵀ J M⁻¹ Jᵀ n,  beside it iso_estimate and lumped
 //! ```
 //!
-//! The effective mass m_R is what a push at the contact point along n feels (Khatib 1995). It belongs to a posture, a point, a
-//! direction, a model of the masses and to what happens to the rest of the body (`Orientation`), so a bare number is never
-//! handed on: [`stated::StatedMass`] carries all of it.
+//! The effective mass m_R is what a push at the contact point along n feels (Khatib 1995). It belongs to a posture, a
+//! point, a direction, a model of the masses and to what happens to the rest of the body (`Orientation`), so a bare
+//! number is never handed on: [`stated::StatedMass`] carries all of it.
 //!
 //! Everything here is in metres, kilograms and radians; `base` is the frame of the tree's root link.
 

@@ -1,8 +1,9 @@
 //! The 29 body areas of ISO/TS 15066:2016, table A.2, with their pressures.
 //!
-//! The force limit of a region holds for the whole contact; the pressure limit of an area for wherever it is highest. Transient pressures are
-//! twice the quasi-static ones, except on skull and face, where transient contact is not permitted at all. Reproduced from public sources, not checked
-//! against the printed standard; the palm of the non-dominant hand (23) is from memory of one source and marked so.
+//! The force limit of a region holds for the whole contact; the pressure limit of an area for wherever it is highest.
+//! Transient pressures are twice the quasi-static ones, except on skull and face, where transient contact is not
+//! permitted at all. Reproduced from public sources, not checked against the printed standard; the palm of the
+//! non-dominant hand (23) is from memory of one source and marked so.
 
 use thud_firmware::limits::Region;
 

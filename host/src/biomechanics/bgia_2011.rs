@@ -1,7 +1,8 @@
 //! The fifteen regions of the BG/BGIA recommendations of 2011: the table from before ISO/TS 15066.
 //!
-//! Never mixed with the newer one: its regions are divided otherwise, its impact forces are not twice its clamping forces, its pressures are a fraction of the
-//! newer ones, and it has no body masses. The sensor's profile `bgia-2011` takes its forces for the twelve regions (the module
+//! Never mixed with the newer one: its regions are divided otherwise, its impact forces are not twice its clamping
+//! forces, its pressures are a fraction of the newer ones, and it has no body masses. The sensor's profile `bgia-2011`
+//! takes its forces for the twelve regions (the module
 //! [`thud_firmware::limits`] says which row stands for which). As reproduced in public sources.
 
 use thud_firmware::limits::Region;

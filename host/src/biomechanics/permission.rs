@@ -9,11 +9,13 @@
 //! F ∝ δⁿ through the limit at the region's stroke F/K:    E = F²/((n + 1)K)       S = (μ/m_R)^(n/(n+1))
 //! ```
 //!
-//! The paper prints (4) as F = √(2Kμ)·v; from its own energy balance (2) there is no 2. K is the region's alone: a soft pad on the rig, or on
-//! the robot, is credited to nobody, because nobody knows that it will be between the robot and the person (the paper's +63 % does that).
+//! The paper prints (4) as F = √(2Kμ)·v; from its own energy balance (2) there is no 2. K is the region's alone: a soft
+//! pad on the rig, or on the robot, is credited to nobody, because nobody knows that it will be between the robot and
+//! the person (the paper's +63 % does that).
 //!
-//! A harder law (n > 1) through the same point stores less energy, so it permits less speed; a softer one would permit more than the standard's
-//! spring, and is refused. A larger m_R lowers v, which is careful, and lowers S, which is not: the same reading then looks milder.
+//! A harder law (n > 1) through the same point stores less energy, so it permits less speed; a softer one would permit
+//! more than the standard's spring, and is refused. A larger m_R lowers v, which is careful, and lowers S, which is
+//! not: the same reading then looks milder.
 
 use thud_firmware::limits::{LimitsProfile, Region, TransientLimit};
 

@@ -136,7 +136,8 @@ fn a_harder_law_permits_less() {
     }
 }
 
-/// The paper credits the pad of the rig to the person: +63 % at the lower leg. The region's own stiffness is all that counts here.
+/// The paper credits the pad of the rig to the person: +63 % at the lower leg. The region's own stiffness is all that
+/// counts here.
 #[test]
 fn the_pad_of_the_rig_is_credited_to_nobody() {
     let permission = permit(&question(Region::LowerLeg, 6.1)).unwrap();

@@ -13,9 +13,9 @@ use crate::table::{Side, Table};
 
 /// Test the rig with falling masses: what is to be expected, or whether a recorded campaign says that it is fit for use
 ///
-/// Without a campaign: the paper's masses and heights, by its equations (corrected, and as printed) and by simulating the falling mass and the impact
-/// piece as two bodies, with Δ %. With a campaign of the kind `drop`: springs, gain of the cell and friction as the drops show
-/// them, and what is wrong.
+/// Without a campaign: the paper's masses and heights, by its equations (corrected, and as printed) and by simulating
+/// the falling mass and the impact piece as two bodies, with Δ %. With a campaign of the kind `drop`: springs, gain of
+/// the cell and friction as the drops show them, and what is wrong.
 #[derive(clap::Args, Debug)]
 #[command(
     after_long_help = "Examples:\n  thud drop --piece 0.08 --stiffness 75000\n  thud simulate --kind drop --speeds 0.89,1.17 --masses 0.5,1 --region hand --pad none --out drops\n  thud drop drops"

@@ -14,8 +14,9 @@ use crate::table::{Side, Table};
 
 /// List what each body region bears: forces, pressures, stiffness, mass, energy
 ///
-/// With --mass also the scaling S and the speed that the force limit permits. With --region the pressures of its body areas. Skull and
-/// face have no transient limit: contact while moving is not permitted there, and what stands beside them is for clamping.
+/// With --mass also the scaling S and the speed that the force limit permits. With --region the pressures of its body
+/// areas. Skull and face have no transient limit: contact while moving is not permitted there, and what stands beside
+/// them is for clamping.
 #[derive(clap::Args, Debug)]
 #[command(
     after_long_help = "Examples:\n  thud limits\n  thud limits --region hand --mass 6.1\n  thud limits --limits bgia-2011"

@@ -28,8 +28,9 @@ use crate::table::{Side, Table};
 
 /// Compute the effective mass of a robot at a contact point, from its URDF
 ///
-/// What a blow at that point, along that direction, in that posture has to move: 1/m = nᵀ J M⁻¹ Jᵀ n, with M from the links' masses and
-/// inertias. Beside it the same with the flange held, ISO's estimate M/2 + m_L, and a model of four point masses.
+/// What a blow at that point, along that direction, in that posture has to move: 1/m = nᵀ J M⁻¹ Jᵀ n, with M from the
+/// links' masses and inertias. Beside it the same with the flange held, ISO's estimate M/2 + m_L, and a model of four
+/// point masses.
 ///
 /// With --trajectory it follows a motion, and with --bus it sends each value to a sensor as the robot's controller would.
 #[derive(clap::Args, Debug)]
@@ -67,8 +68,8 @@ struct Hit {
     /// Whose axes the direction is in
     #[arg(long, default_value = Frame::Base.name(), value_parser = names(&Frame::ALL, Frame::name))]
     frame: String,
-    /// What is held while the blow lasts: nothing (free, the paper's equation 8); orientation and path (held); orientation, but
-    /// it may evade sideways (held-yielding)
+    /// What is held while the blow lasts: nothing (free, the paper's equation 8); orientation and path (held);
+    /// orientation, but it may evade sideways (held-yielding)
     #[arg(long, default_value = Orientation::Free.name(), value_parser = names(&Orientation::ALL, Orientation::name))]
     orientation: String,
 }
@@ -76,8 +77,8 @@ struct Hit {
 #[derive(clap::Args, Debug)]
 #[command(next_help_heading = "Posture")]
 struct PostureOptions {
-    /// Joint values in the order of the tree, rad and m: one for each joint, or one for each on the way to the link. Or by name,
-    /// NAME=VALUE,…; joints without a value stand still
+    /// Joint values in the order of the tree, rad and m: one for each joint, or one for each on the way to the link. Or
+    /// by name, NAME=VALUE,…; joints without a value stand still
     #[arg(long, value_name = "VALUES", value_parser = given, allow_hyphen_values = true, required_unless_present = "trajectory")]
     joints: Option<Given>,
     /// Angles are in degrees
@@ -111,8 +112,8 @@ struct ToolOptions {
 #[derive(clap::Args, Debug)]
 #[command(next_help_heading = "To a sensor")]
 struct SendOptions {
-    /// Send the values to a sensor on this bus, again and again, as a robot controller does (can0, slcan:…, udp, …). The sensor
-    /// takes them while it is Operational
+    /// Send the values to a sensor on this bus, again and again, as a robot controller does (can0, slcan:…, udp, …).
+    /// The sensor takes them while it is Operational
     #[arg(long, value_name = "BUS")]
     bus: Option<BusAddress>,
     /// The sensor with this node id; needed where there are several

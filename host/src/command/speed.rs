@@ -16,10 +16,12 @@ use crate::table::{Side, Table};
 
 /// Say how fast a robot may be where it can hit a body region
 ///
-/// From the force limit, and with --contact-area from the pressure limit too. The region's own stiffness counts and nothing else: a pad on the
-/// rig or the robot is credited to nobody. Skull and face are refused: no speed is permitted there.
+/// From the force limit, and with --contact-area from the pressure limit too. The region's own stiffness counts and
+/// nothing else: a pad on the rig or the robot is credited to nobody. Skull and face are refused: no speed is permitted
+/// there.
 ///
-/// The speed is that at which robot and body close in on each other; a body that moves towards the robot takes its share of it.
+/// The speed is that at which robot and body close in on each other; a body that moves towards the robot takes its
+/// share of it.
 #[derive(clap::Args, Debug)]
 #[command(
     after_long_help = "Examples:\n  thud speed --region chest --mass 6.1\n  thud mass --urdf examples/robots/iiwa14.urdf --at flange --direction 1,0,0 --degrees \\\n      --joints=-56.6,87.6,-90,109.2,2.9,52.5,90 --json mass.json\n  thud speed --region hand --mass-from mass.json --area back-of-hand-nd --contact-area 1.5"

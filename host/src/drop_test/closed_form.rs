@@ -7,12 +7,13 @@
 //! F* = Mg(1 + √(1 + 2kh/(Mg)))                                                           (24), corrected
 //! ```
 //!
-//! **(24)** is printed with g² under the root, where (22) with m = 0 leaves one g; 2kh/(Mg²) would even have a unit. For M = 41.2 g, h = 40 mm, k = 75 N/mm it is 49.7 N,
-//! as printed 16.1 N.
+//! **(24)** is printed with g² under the root, where (22) with m = 0 leaves one g; 2kh/(Mg²) would even have a unit.
+//! For M = 41.2 g, h = 40 mm, k = 75 N/mm it is 49.7 N, as printed 16.1 N.
 //!
-//! **(21), and with it (22),** lets both masses come to rest at the same instant. With c_r = 1 they part at once, so that
-//! the piece alone compresses the spring until they meet again: [`super::two_bodies`]. Nor is the piece's mass negligible, if c_r = 0 is to
-//! underestimate by 41 to 55 %, as the paper found: without mass it would underestimate by nothing.
+//! **(21), and with it (22),** lets both masses come to rest at the same instant. With c_r = 1 they part at once, so
+//! that the piece alone compresses the spring until they meet again: [`super::two_bodies`]. Nor is the piece's mass
+//! negligible, if c_r = 0 is to underestimate by 41 to 55 %, as the paper found: without mass it would underestimate by
+//! nothing.
 
 use thud_sim::rig::STANDARD_GRAVITY_M_PER_S2 as G;
 

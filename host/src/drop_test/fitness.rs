@@ -6,9 +6,9 @@
 //! the set with the least rest is in the rig; around it K is fitted freely, then friction of the guide is tried
 //! ```
 //!
-//! Stiffness and gain part because a pulse's length depends on K alone, and its height on gain and √K. Mass and speed are known in
-//! a drop, so nothing else bends the scale. The friction is the one with the least rest on a grid; a finer question (which of
-//! thirty mechanisms?) is `thud diagnose`'s.
+//! Stiffness and gain part because a pulse's length depends on K alone, and its height on gain and √K. Mass and speed
+//! are known in a drop, so nothing else bends the scale. The friction is the one with the least rest on a grid; a finer
+//! question (which of thirty mechanisms?) is `thud diagnose`'s.
 
 use serde::Serialize;
 use thud_sim::mechanism::Effect;

@@ -39,8 +39,8 @@ fn equation_20_keeps_momentum_and_restitution() {
     assert!((together_n(0.04, 1e-12, 75e3, 1.0, 0.04) / alone_n(0.04, 75e3, 0.04) - 1.0).abs() < 1e-6);
 }
 
-/// Equation 21 lets both masses stop together, though c_r = 1 parts them: of the heaviest mass, two bodies give 0.71 to 0.99 of equation 24 for
-/// pieces of 20 to 200 g; of the lighter ones, less.
+/// Equation 21 lets both masses stop together, though c_r = 1 parts them: of the heaviest mass, two bodies give 0.71 to
+/// 0.99 of equation 24 for pieces of 20 to 200 g; of the lighter ones, less.
 #[test]
 fn two_bodies_that_part_give_less_than_equation_24() {
     let mut heaviest = (f64::INFINITY, 0.0_f64);
@@ -64,7 +64,8 @@ fn two_bodies_that_part_give_less_than_equation_24() {
     assert!((peak_n(0.04124, 2e-4, 75e3, 0.04).unwrap() / alone_n(0.04124, 75e3, 0.04) - 1.0).abs() < 0.02);
 }
 
-/// "c_r = 0 underestimates by 41 to 55 %" needs a piece of 40 g and more; "the piece's mass is negligible" contradicts it.
+/// "c_r = 0 underestimates by 41 to 55 %" needs a piece of 40 g and more; "the piece's mass is negligible" contradicts
+/// it.
 #[test]
 fn a_piece_without_mass_cannot_be_why_the_inelastic_model_fails() {
     let deviation = |piece: f64| together_n(0.0412, piece, 75e3, 0.0, 0.04) / alone_n(0.0412, 75e3, 0.04) - 1.0;

@@ -1,7 +1,7 @@
 //! The falling mass and the impact piece as two bodies, on the simulated rig.
 //!
-//! They meet over a stiff elastic contact, part, and meet again; the cell feels the springs under the piece. The piece's weight rests on the
-//! springs from the beginning and is not in the reading.
+//! They meet over a stiff elastic contact, part, and meet again; the cell feels the springs under the piece. The
+//! piece's weight rests on the springs from the beginning and is not in the reading.
 
 use thud_sim::mechanism::{Effect, MechanismError};
 use thud_sim::rig::{Accuracy, Approach, Impact, Rig, RigError};

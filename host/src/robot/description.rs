@@ -1,7 +1,8 @@
 //! Reading a robot from its URDF.
 //!
-//! `urdf-rs` reads the XML; here the links become a tree, and what no rigid-body model can have is refused with its place. Shapes and
-//! meshes are not looked at. Joints of the types `floating`, `planar` and `spherical` are not supported: an arm has none.
+//! `urdf-rs` reads the XML; here the links become a tree, and what no rigid-body model can have is refused with its
+//! place. Shapes and meshes are not looked at. Joints of the types `floating`, `planar` and `spherical` are not
+//! supported: an arm has none.
 
 use std::collections::HashMap;
 use std::ops::Range;

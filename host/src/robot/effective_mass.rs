@@ -5,15 +5,15 @@
 //! m   = min { q̇ᵀ M q̇ :  nᵀ J q̇ = 1,  B q̇ = 0 }                  the same where nothing is held (B empty)
 //! ```
 //!
-//! The second line says what the first means: of all motions in which the point goes along n with speed 1, a blow causes
-//! the one with the least kinetic energy, and m is twice that. It also holds where the drives keep something fixed: the rows of B are the motions that must
-//! not be, ω for a held orientation, and the two sideways velocities too where the path is held. With N a basis of what B leaves,
-//! 1/m = wᵀ (NᵀMN)⁺ w,  w = Nᵀ Jᵀ n.
+//! The second line says what the first means: of all motions in which the point goes along n with speed 1, a blow
+//! causes the one with the least kinetic energy, and m is twice that. It also holds where the drives keep something
+//! fixed: the rows of B are the motions that must not be, ω for a held orientation, and the two sideways velocities too
+//! where the path is held. With N a basis of what B leaves, 1/m = wᵀ (NᵀMN)⁺ w,  w = Nᵀ Jᵀ n.
 //!
-//! **Without inertia.** A link that has none makes M singular. The pseudo-inverse then leaves those motions out that cost
-//! no energy. That is right where they do not move the point along n, such as a flange that turns about its own axis with the
-//! point on it. Where they do, a model without that inertia cannot say what the robot weighs there (it would be nothing), which is
-//! reported as [`Assessed::massless`].
+//! **Without inertia.** A link that has none makes M singular. The pseudo-inverse then leaves those motions out that
+//! cost no energy. That is right where they do not move the point along n, such as a flange that turns about its own
+//! axis with the point on it. Where they do, a model without that inertia cannot say what the robot weighs there (it
+//! would be nothing), which is reported as [`Assessed::massless`].
 
 use nalgebra::{DMatrix, DVector, Point3, Unit, Vector3};
 
@@ -23,7 +23,8 @@ use super::jacobian::{Jacobian, jacobian_with};
 use super::joint_inertia::joint_inertia;
 use super::posture::Posture;
 
-/// An eigenvalue of M, scaled to a unit diagonal, below this counts as zero. Real arms have 1e-4 and above; rounding makes 1e-15.
+/// An eigenvalue of M, scaled to a unit diagonal, below this counts as zero. Real arms have 1e-4 and above; rounding
+/// makes 1e-15.
 const NO_INERTIA: f64 = 1e-10;
 /// A joint that carries less than this share of the largest inertia carries none.
 const NO_SHARE: f64 = 1e-12;
@@ -144,7 +145,8 @@ impl Mobility {
     }
 }
 
-/// wᵀ M⁺ w. M is first scaled to a unit diagonal, so that joints that turn and that slide, large ones and small, count alike.
+/// wᵀ M⁺ w. M is first scaled to a unit diagonal, so that joints that turn and that slide, large ones and small, count
+/// alike.
 pub(super) fn mobility(inertia: &DMatrix<f64>, along: &DVector<f64>) -> Mobility {
     let least = NO_SHARE * if inertia.is_empty() { 0.0 } else { inertia.diagonal().amax() };
     let carrying: Vec<usize> = (0..along.len()).filter(|&joint| inertia[(joint, joint)] > least).collect();

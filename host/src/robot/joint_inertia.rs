@@ -7,9 +7,9 @@
 //! M_ij = a_i · (I ω + (c − p_i) × h)     i turns;      M_ij = a_i · h     i slides;      i carries j, or is j
 //! ```
 //!
-//! Featherstone, Rigid Body Dynamics Algorithms, 6.2; written with vectors about each composite's own centre of mass, so that a
-//! small body far from the base loses nothing to rounding. A joint that follows another, or that stands still, is taken in by
-//! M = Gᵀ M_all G, where q̇_all = G q̇.
+//! Featherstone, Rigid Body Dynamics Algorithms, 6.2; written with vectors about each composite's own centre of mass,
+//! so that a small body far from the base loses nothing to rounding. A joint that follows another, or that stands
+//! still, is taken in by M = Gᵀ M_all G, where q̇_all = G q̇.
 
 use nalgebra::{DMatrix, Isometry3, Point3, Vector3};
 

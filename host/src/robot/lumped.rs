@@ -5,10 +5,11 @@
 //! a link between A and B:  s = (c − A)·(B − A)/|B − A|²   gives  (1 − s) m to A and s m to B,   0 ≤ s ≤ 1
 //! ```
 //!
-//! The paper names the four places and no more (its reference for the masses is not public), so the masses are divided by the lever rule above, which
-//! keeps each link's centre of mass along the line. Shoulder, elbow and wrist are the origins of three joints: the second, fourth and sixth of a
-//! seven-axis arm, the second, third and fifth of a six-axis one, or those that are named. What lies between base and shoulder goes to the
-//! shoulder as far as it is there. The end effector is the contact point.
+//! The paper names the four places and no more (its reference for the masses is not public), so the masses are divided
+//! by the lever rule above, which keeps each link's centre of mass along the line. Shoulder, elbow and wrist are the
+//! origins of three joints: the second, fourth and sixth of a seven-axis arm, the second, third and fifth of a six-axis
+//! one, or those that are named. What lies between base and shoulder goes to the shoulder as far as it is there. The
+//! end effector is the contact point.
 
 use nalgebra::{DMatrix, Point3};
 

@@ -95,8 +95,8 @@ pub struct Posture {
 impl Posture {
     /// The posture that the values mean.
     ///
-    /// In order there must be one for every joint with a value of its own, or one for each of those between base and `link`.
-    /// Joints that were given none stand still at 0, or at the end of their range that is nearest to 0.
+    /// In order there must be one for every joint with a value of its own, or one for each of those between base and
+    /// `link`. Joints that were given none stand still at 0, or at the end of their range that is nearest to 0.
     ///
     /// # Errors
     /// [`PostureError`].

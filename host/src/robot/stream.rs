@@ -1,7 +1,8 @@
 //! Sending the effective mass to a sensor while the robot moves, as its controller would: RPDO 1, docs/can.
 //!
-//! A received mass grows old (0x2001:2, 100 ms unless configured otherwise), so it is sent again and again, also where it does not change. The
-//! sensor takes it while it is Operational only; what it took, refused and missed is read from it afterwards.
+//! A received mass grows old (0x2001:2, 100 ms unless configured otherwise), so it is sent again and again, also where
+//! it does not change. The sensor takes it while it is Operational only; what it took, refused and missed is read from
+//! it afterwards.
 
 use std::time::Duration;
 

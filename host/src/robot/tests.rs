@@ -46,8 +46,8 @@ fn in_order(robot: &Robot, link: usize, degrees: &[f64]) -> Posture {
     Posture::new(robot, link, &Given::InOrder(degrees.iter().map(|value| value.to_radians()).collect())).unwrap()
 }
 
-/// Effective masses of the paper's postures, computed independently for the same public figures: 6.08, 6.09, 6.01, 5.91 kg
-/// along base x; 8.38, 8.21, 7.98, 7.84 kg where the flange is held; 0.95 to 1.48 kg vertically; ISO 12.82 kg.
+/// Effective masses of the paper's postures, computed independently for the same public figures: 6.08, 6.09, 6.01, 5.91
+/// kg along base x; 8.38, 8.21, 7.98, 7.84 kg where the flange is held; 0.95 to 1.48 kg vertically; ISO 12.82 kg.
 #[test]
 fn the_papers_postures_have_the_published_effective_masses() {
     let (robot, flange, disk) = iiwa_with_disk();
@@ -140,7 +140,8 @@ fn slides_carry_what_is_on_them() {
     assert_eq!(assess(&robot, &posture, &along(cart, [0.0; 3], 1.0, 0.0, 0.0)).free_kg, None);
 }
 
-/// Axis 7 without inertia: M has rank 6. On the axis the mass is what it was, within the missing link's mass; off it there is none.
+/// Axis 7 without inertia: M has rank 6. On the axis the mass is what it was, within the missing link's mass; off it
+/// there is none.
 #[test]
 fn a_flange_without_inertia_is_left_out_where_it_does_not_matter() {
     let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/robots/iiwa14.urdf"))
@@ -191,8 +192,8 @@ fn a_tool_is_as_heavy_as_a_link_that_is_the_tool() {
     assert!(Tool::new(flange, -1.0, [0.0; 3], [0.0; 6]).is_err());
 }
 
-/// Every posture that a value is found for is one in which kinetic energy is positive: all directions of a point have a mass between the smallest link's share
-/// and the whole arm, and holding something never makes it lighter.
+/// Every posture that a value is found for is one in which kinetic energy is positive: all directions of a point have a
+/// mass between the smallest link's share and the whole arm, and holding something never makes it lighter.
 #[test]
 fn holding_never_makes_lighter_and_nothing_is_heavier_than_it_can_be() {
     let (robot, flange, _) = iiwa_with_disk();

@@ -1,8 +1,8 @@
 //! Joint values over time, as a robot controller logs them.
 //!
-//! A recording's CSV (docs/files.md): first column `time_s`, then one column for each joint, named after it with its unit:
-//! `A1_rad` or `A1_deg` for a joint that turns, `lift_m` or `lift_mm` for one that slides. Further columns are not looked at. Between two lines
-//! the joints go straight.
+//! A recording's CSV (docs/files.md): first column `time_s`, then one column for each joint, named after it with its
+//! unit: `A1_rad` or `A1_deg` for a joint that turns, `lift_m` or `lift_mm` for one that slides. Further columns are
+//! not looked at. Between two lines the joints go straight.
 
 use super::posture::{Given, Posture, PostureError};
 use super::{Motion, Robot};
