@@ -12,8 +12,11 @@ fn question(region: Region, robot_kg: f64) -> Question<'static> {
     Question { region, limits: LimitsProfile::IsoTs15066, robot_kg, exponent: 1.0, contact: None }
 }
 
-/// Stroke mm, E J, S and v m/s at 6.1 and 12.8 kg. Skull and face at the quasi-static force, which is never a permission.
-const CHECKED: [(Region, f64, f64, [f64; 2], [f64; 2]); 12] = [
+/// Stroke mm, E J, S and v m/s at 6.1 and 12.8 kg.
+type Checked = (Region, f64, f64, [f64; 2], [f64; 2]);
+
+/// Skull and face at the quasi-static force, which is never a permission.
+const CHECKED: [Checked; 12] = [
     (Region::Skull, 0.87, 0.056, [0.65, 0.51], [0.21, 0.19]),
     (Region::Face, 0.87, 0.028, [0.65, 0.51], [0.15, 0.13]),
     (Region::Neck, 6.0, 0.90, [0.41, 0.29], [1.34, 1.28]),
