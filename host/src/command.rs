@@ -5,15 +5,19 @@ use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 mod configure;
 mod demo;
 mod diagnose;
+mod drop;
 mod evaluate;
 mod hit;
+mod limits;
 mod log;
+mod mass;
 mod mechanisms;
 mod monitor;
 mod record;
 mod replay;
 mod sensor;
 mod simulate;
+mod speed;
 mod status;
 mod step;
 
@@ -42,6 +46,10 @@ enum Command {
     Diagnose(diagnose::Diagnose),
     Evaluate(evaluate::Evaluate),
     Mechanisms(mechanisms::Mechanisms),
+    Mass(mass::Mass),
+    Limits(limits::Limits),
+    Speed(speed::Speed),
+    Drop(drop::Drop),
     Hit(hit::Hit),
     Configure(configure::Configure),
     Monitor(monitor::Monitor),
@@ -73,6 +81,10 @@ impl Thud {
             Command::Diagnose(command) => command.run(),
             Command::Evaluate(command) => command.run(),
             Command::Mechanisms(command) => command.run(),
+            Command::Mass(command) => command.run(),
+            Command::Limits(command) => command.run(),
+            Command::Speed(command) => command.run(),
+            Command::Drop(command) => command.run(),
             Command::Hit(command) => command.run(),
             Command::Configure(command) => command.run(),
             Command::Monitor(command) => command.run(),

@@ -5,10 +5,12 @@
 //! ```text
 //! CAN ─▶ bus (transports) ─▶ client (the sensor as an object) ─▶ command ─▶ terminal, JSON, report
 //! rig ─▶ simulation ─▶ campaign (recordings with what is believed of them) ─▶ replay ─▶ report
+//! URDF ─▶ robot (effective mass) ─▶ client; biomechanics (limits) ─▶ permitted speed
 //! ```
 //!
 //! `demonstration` goes the whole way at once, from the simulated rig over the simulated bus to the report.
 
+pub mod biomechanics;
 pub mod bus;
 pub mod campaign;
 pub mod client;
@@ -16,6 +18,7 @@ pub mod command;
 pub mod decimal;
 pub mod demonstration;
 pub mod diagnosis;
+pub mod drop_test;
 pub mod input;
 pub mod interrupt;
 pub mod json;
@@ -24,6 +27,7 @@ pub mod model;
 pub mod recording;
 pub mod replay;
 pub mod report;
+pub mod robot;
 pub mod settings;
 pub mod simulated_sensor;
 pub mod simulation;
