@@ -2,6 +2,7 @@
 
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
+mod conceal;
 mod configure;
 mod demo;
 mod diagnose;
@@ -10,6 +11,7 @@ mod hit;
 mod log;
 mod mechanisms;
 mod monitor;
+mod prove;
 mod record;
 mod replay;
 mod sensor;
@@ -42,6 +44,8 @@ enum Command {
     Diagnose(diagnose::Diagnose),
     Evaluate(evaluate::Evaluate),
     Mechanisms(mechanisms::Mechanisms),
+    Prove(prove::Prove),
+    Conceal(conceal::Conceal),
     Hit(hit::Hit),
     Configure(configure::Configure),
     Monitor(monitor::Monitor),
@@ -73,6 +77,8 @@ impl Thud {
             Command::Diagnose(command) => command.run(),
             Command::Evaluate(command) => command.run(),
             Command::Mechanisms(command) => command.run(),
+            Command::Prove(command) => command.run(),
+            Command::Conceal(command) => command.run(),
             Command::Hit(command) => command.run(),
             Command::Configure(command) => command.run(),
             Command::Monitor(command) => command.run(),
