@@ -23,3 +23,4 @@ pub mod score;
 pub mod seal;
 pub mod shown;
 pub mod target;
+pub mod usage;

@@ -248,7 +248,7 @@ fn opened(
                     }
                 }
             };
-            Ok(judge(hidden, &ended, done.seconds))
+            Ok(judge(hidden, &ended, done.processor_s.unwrap_or(done.seconds), done.memory_mb))
         })
         .collect::<miette::Result<Vec<_>>>()?;
     let origin = Origin {

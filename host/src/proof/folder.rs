@@ -52,6 +52,10 @@ pub struct Done {
     pub sealed: bool,
     /// Wall time, s.
     pub seconds: f64,
+    /// Time of a processor, s, where the system says it.
+    pub processor_s: Option<f64>,
+    /// The most memory that the process held, MB, where the system says it.
+    pub memory_mb: Option<f64>,
     /// Why it gave no answer.
     pub failure: Option<String>,
 }

@@ -72,8 +72,10 @@ pub struct Judged {
     pub way_to_noise: Option<f64>,
     /// Parameters with a true value, where the effect was named.
     pub parameters: Vec<Measured>,
-    /// Wall time, s.
+    /// Time of a processor, s; wall time where the system does not say it.
     pub seconds: f64,
+    /// The most memory that the process held, MB.
+    pub memory_mb: Option<f64>,
 }
 
 /// A parameter beside its true value.
@@ -100,7 +102,7 @@ const NO_WAY: f64 = 0.002;
 
 /// Judges a case.
 #[must_use]
-pub fn judge(hidden: &Hidden, ended: &Ended, seconds: f64) -> Judged {
+pub fn judge(hidden: &Hidden, ended: &Ended, seconds: f64, memory_mb: Option<f64>) -> Judged {
     let truth: Vec<String> = hidden.truth().map(str::to_owned).collect();
     let least = |d: fn(&super::hidden::Effect) -> f64| hidden.effects.iter().map(d).fold(f64::INFINITY, f64::min);
     let mut judged = Judged {
@@ -132,6 +134,7 @@ pub fn judge(hidden: &Hidden, ended: &Ended, seconds: f64) -> Judged {
         way_to_noise: None,
         parameters: Vec::new(),
         seconds,
+        memory_mb,
     };
     match ended {
         Ended::Failed(why) => judged.failure = Some(why.clone()),

@@ -13,6 +13,7 @@ use miette::{IntoDiagnostic as _, WrapErr as _, miette};
 
 use super::folder::{Done, Folder};
 use super::seal::sha256;
+use super::usage::Usage;
 use crate::interrupt;
 
 /// Who diagnoses.
@@ -112,7 +113,9 @@ impl Prober {
         let begun = Instant::now();
         let mut child =
             command.spawn().into_diagnostic().wrap_err_with(|| format!("cannot start {}", self.program.display()))?;
+        let mut usage = Usage::default();
         let status = loop {
+            usage.look(child.id());
             if let Some(status) = child.try_wait().into_diagnostic()? {
                 break Some(status);
             }
@@ -142,7 +145,15 @@ impl Prober {
             let _ = std::fs::remove_file(&said);
         }
         let _ = std::fs::remove_file(&words);
-        Ok(Some(Done { case: case.to_owned(), program: self.hash.clone(), sealed, seconds, failure }))
+        Ok(Some(Done {
+            case: case.to_owned(),
+            program: self.hash.clone(),
+            sealed,
+            seconds,
+            processor_s: usage.processor_s,
+            memory_mb: usage.memory_mb,
+            failure,
+        }))
     }
 }
 

@@ -136,11 +136,20 @@ pub struct Scores {
     pub over_noise: Number,
     /// Held-out rmse over the re-tuned baseline's, median, where something is hidden.
     pub over_baseline: Number,
-    /// Wall time of a case, s, median.
+    /// What is not to be named, was named as something else, and is described by that as well as by the truth.
+    pub imitated: Share,
+    /// Time of a processor for a case, s, median.
     pub seconds: Number,
     /// The longest, s.
     pub longest_s: f64,
+    /// All together, s.
+    pub all_s: f64,
+    /// The most memory that a case took, MB; 0 where the system does not say it.
+    pub memory_mb: f64,
 }
+
+/// Held-out rmse over the true model's up to which a description is as good as the truth.
+const AS_WELL: f64 = 1.005;
 
 /// Ps that a calibration looks at.
 const PS: [f64; 5] = [1e-4, 1e-3, 0.01, 0.05, 0.2];
@@ -193,7 +202,12 @@ impl Scores {
             all_parameters: parameter("all", "", cases, |_| true),
             over_noise: Number::median(cases.iter().filter_map(|case| case.over_noise).collect()),
             over_baseline: Number::median(hidden().filter_map(|case| case.over_baseline).collect()),
+            imitated: Share::count(cases.iter().filter(|case| case.right_verdict == "unexplained"), |case| {
+                !case.right && found(case) && case.over_true.is_some_and(|ratio| ratio <= AS_WELL)
+            }),
             seconds: Number::median(cases.iter().map(|case| case.seconds).collect()),
+            all_s: cases.iter().map(|case| case.seconds).sum(),
+            memory_mb: cases.iter().filter_map(|case| case.memory_mb).fold(0.0, f64::max),
             longest_s: cases.iter().map(|case| case.seconds).fold(0.0, f64::max),
         }
     }

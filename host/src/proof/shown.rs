@@ -14,6 +14,7 @@ pub fn number(value: f64, unit: Unit) -> String {
         Unit::Plain if value >= 10.0 => format!("{value:.1}"),
         Unit::Plain => format!("{value:.3}"),
         Unit::Seconds => format!("{value:.1} s"),
+        Unit::Megabytes => format!("{value:.0} MB"),
     }
 }
 
@@ -24,6 +25,7 @@ pub fn demand(target: &Target) -> String {
         Unit::Share => format!("{:.0} %", 100.0 * value),
         Unit::Plain => format!("{value}"),
         Unit::Seconds => format!("{value} s"),
+        Unit::Megabytes => format!("{value} MB"),
     };
     match target.demand {
         Demand::AtLeast(least) if least >= 1.0 && target.unit == Unit::Share => "all".to_owned(),
@@ -42,7 +44,7 @@ pub fn value(target: &Target) -> String {
 /// Its interval.
 #[must_use]
 pub fn interval(target: &Target) -> String {
-    target.interval.map_or_else(String::new, |[low, high]| {
+    target.interval.filter(|[low, high]| low < high).map_or_else(String::new, |[low, high]| {
         format!(
             "{} to {}",
             number(low, target.unit).trim_end_matches(" %").trim_end_matches(" s"),
@@ -51,14 +53,14 @@ pub fn interval(target: &Target) -> String {
     })
 }
 
-/// Whether it was reached, in a word.
+/// Whether it was reached, in a word; with a question mark where the interval holds both.
 #[must_use]
 pub fn reached(target: &Target) -> &'static str {
     match (target.reached, target.sure) {
-        (None, _) => "not measured",
+        (None, _) => "?",
         (Some(true), Some("reached")) => "yes",
-        (Some(true), _) => "yes, too few cases to be sure",
+        (Some(true), _) => "yes (?)",
         (Some(false), Some("missed")) => "no",
-        (Some(false), _) => "no, too few cases to be sure",
+        (Some(false), _) => "no (?)",
     }
 }

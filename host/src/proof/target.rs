@@ -28,6 +28,8 @@ pub enum Unit {
     Plain,
     /// Seconds.
     Seconds,
+    /// Millions of bytes.
+    Megabytes,
 }
 
 /// A line of the table.
@@ -258,7 +260,21 @@ pub fn targets(cases: &[Judged], scores: &Scores) -> Vec<Target> {
             AtMost(5.0),
             Unit::Seconds,
             scores.seconds,
-            "one thread each, others beside it; the demand is for twelve recordings on two cores",
+            "of one processor, one thread; two cores are demanded",
+        ),
+        line(
+            "all cases",
+            "memory for a campaign, the most",
+            AtMost(500.0),
+            Unit::Megabytes,
+            most(cases.len(), scores.memory_mb),
+            "",
         ),
     ]
+}
+
+/// The largest value of so many, where there is one: a fact, not an estimate.
+fn most(of: usize, value: f64) -> Number {
+    let value = (value > 0.0).then_some(value);
+    Number { of, value, low: value, high: value }
 }

@@ -38,7 +38,8 @@ fn says(verdict: &str, named: &[(&str, &[&str])], phase: &str) -> Ended {
 
 #[test]
 fn the_right_name_is_first_exact_and_within() {
-    let judged = judge(&hides(&["guide-friction"], "named"), &says("named", &[("guide-friction", &[])], "rise"), 1.0);
+    let judged =
+        judge(&hides(&["guide-friction"], "named"), &says("named", &[("guide-friction", &[])], "rise"), 1.0, None);
     assert!(judged.first && judged.exact && judged.within && judged.right && !judged.wrong_and_confident);
     assert_eq!((judged.set, judged.right_phase, judged.p_value), (Some(1), Some(true), Some(0.001)));
     assert!((judged.over_true.unwrap() - 1.01).abs() < 1e-9);
@@ -51,48 +52,48 @@ fn the_right_name_is_first_exact_and_within() {
 #[test]
 fn a_wrong_name_is_confident_unless_it_comes_with_others() {
     let hidden = hides(&["guide-friction"], "named");
-    let wrong = judge(&hidden, &says("named", &[("stiction", &[])], "rise"), 1.0);
+    let wrong = judge(&hidden, &says("named", &[("stiction", &[])], "rise"), 1.0, None);
     assert!(wrong.wrong_and_confident && !wrong.first && !wrong.within && !wrong.right);
-    let set = judge(&hidden, &says("ambiguous", &[("stiction", &["guide-friction"])], "rise"), 1.0);
+    let set = judge(&hidden, &says("ambiguous", &[("stiction", &["guide-friction"])], "rise"), 1.0, None);
     assert!(!set.wrong_and_confident && set.within && set.right && !set.first);
     assert_eq!(set.set, Some(2));
     // A second name that is not hidden is one too many.
-    let second = judge(&hidden, &says("named", &[("guide-friction", &[]), ("mains-hum", &[])], "rise"), 1.0);
+    let second = judge(&hidden, &says("named", &[("guide-friction", &[]), ("mains-hum", &[])], "rise"), 1.0, None);
     assert!(second.first && !second.exact && second.wrong_and_confident);
     // Who says that something has no name is not confident.
-    let unexplained = judge(&hidden, &says("unexplained", &[("stiction", &[])], "rise"), 1.0);
+    let unexplained = judge(&hidden, &says("unexplained", &[("stiction", &[])], "rise"), 1.0, None);
     assert!(!unexplained.wrong_and_confident && !unexplained.right);
 }
 
 #[test]
 fn of_two_both_must_be_named() {
     let hidden = hides(&["guide-friction", "end-stop"], "named");
-    let both = judge(&hidden, &says("named", &[("end-stop", &[]), ("guide-friction", &[])], "rise"), 1.0);
+    let both = judge(&hidden, &says("named", &[("end-stop", &[]), ("guide-friction", &[])], "rise"), 1.0, None);
     assert!(both.exact && both.within && both.first);
-    let one = judge(&hidden, &says("named", &[("end-stop", &[])], "rise"), 1.0);
+    let one = judge(&hidden, &says("named", &[("end-stop", &[])], "rise"), 1.0, None);
     assert!(!one.exact && !one.within && one.first && !one.wrong_and_confident);
 }
 
 #[test]
 fn where_nothing_is_hidden_only_consistent_is_right() {
     let hidden = hides(&[], "consistent");
-    assert!(judge(&hidden, &says("consistent", &[], "rise"), 1.0).right);
-    let alarm = judge(&hidden, &says("named", &[("end-stop", &[])], "rise"), 1.0);
+    assert!(judge(&hidden, &says("consistent", &[], "rise"), 1.0, None).right);
+    let alarm = judge(&hidden, &says("named", &[("end-stop", &[])], "rise"), 1.0, None);
     assert!(!alarm.right && alarm.wrong_and_confident && alarm.right_phase.is_none());
 }
 
 #[test]
 fn what_is_not_in_the_list_is_to_be_unexplained_and_modelled() {
     let hidden = hides(&["tip-slip"], "unexplained");
-    let judged = judge(&hidden, &says("unexplained", &[], "fall"), 1.0);
+    let judged = judge(&hidden, &says("unexplained", &[], "fall"), 1.0, None);
     assert!(judged.right && judged.right_phase == Some(true), "the fall holds three tenths");
     assert!((judged.way_to_noise.unwrap() - 0.5).abs() < 1e-9, "the map's own rmse counts");
-    assert_eq!(judge(&hidden, &says("unexplained", &[], "after"), 1.0).right_phase, Some(false));
+    assert_eq!(judge(&hidden, &says("unexplained", &[], "after"), 1.0, None).right_phase, Some(false));
 }
 
 #[test]
 fn no_answer_is_wrong_everywhere() {
-    let judged = judge(&hides(&["guide-friction"], "named"), &Ended::Failed("it crashed".to_owned()), 3.0);
+    let judged = judge(&hides(&["guide-friction"], "named"), &Ended::Failed("it crashed".to_owned()), 3.0, None);
     assert!(!judged.first && !judged.exact && !judged.within && !judged.right && judged.over_true.is_none());
     assert_eq!(judged.verdict, "failed");
 }

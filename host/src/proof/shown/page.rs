@@ -42,7 +42,7 @@ pub fn page(outcome: &Outcome) -> String {
                 h2 { "What is to be reached, and what was" }
                 (targets(&outcome.targets))
                 p.note {
-                    "Intervals hold the true share in 95 of 100 such runs (shares: Wilson; medians: order statistics). d is the strength of what
+                    "Intervals hold the true share in 95 of 100 such runs (shares: Wilson; medians: order statistics); a question mark where they hold both yes and no. d is the strength of what
                      is hidden: the norm of what the best re-tuned simulation leaves of it, in units of the noise."
                 }
                 h2 { "By way of concealing" }
@@ -57,6 +57,12 @@ pub fn page(outcome: &Outcome) -> String {
                 h2 { "By effect" }
                 (picture(&scores.by_effect, |group| (if group.first.of > 0 { group.first } else { group.right }, (group.first.of > 0).then_some(group.within)),
                     "Effects of the list: named first (filled), within the named set (outline). Effects that are not in the list, or were taken out of it: called “unexplained”."))
+                @if scores.imitated.of > 0 {
+                    p {
+                        "Of " (scores.imitated.of) " cases with something that is not in the list, " (scores.imitated.hits) " were named as something else that describes
+                         them within half a per cent of the true model on recordings held out: there, nothing in the data calls for “unexplained”."
+                    }
+                }
                 h2 { "Who was taken for whom" }
                 figure.matrix {
                     (PreEscaped(figure::confusion(&scores.confusion)))
@@ -90,8 +96,8 @@ fn origin(outcome: &Outcome) -> Markup {
             dt { "program" } dd { "SHA-256 " code { (outcome.program_sha256) } }
             dt { "time for a campaign" }
             dd {
-                "median " (plain(outcome.scores.seconds.value, 2)) " s, longest " (format!("{:.1}", outcome.scores.longest_s)) " s, one thread each, "
-                (outcome.jobs) " side by side"
+                "median " (plain(outcome.scores.seconds.value, 2)) " s, longest " (format!("{:.1}", outcome.scores.longest_s)) " s, all together " (format!("{:.1}", outcome.scores.all_s / 60.0)) " min of a
+                 processor; one thread each, " (outcome.jobs) " side by side"
             }
             dt { "rmse, held out" }
             dd {
