@@ -22,5 +22,6 @@ pub mod said;
 pub mod score;
 pub mod seal;
 pub mod shown;
+pub mod story;
 pub mod target;
 pub mod usage;

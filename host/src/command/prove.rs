@@ -60,6 +60,9 @@ pub struct Prove {
     /// Write one HTML page with the scores in pictures
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
+    /// Write the diagnosis' page of a few telling cases into this folder, one of each kind and one that went wrong
+    #[arg(long, value_name = "DIR")]
+    stories: Option<PathBuf>,
     /// Processes side by side [default: as many as there are cores]
     #[arg(long, value_name = "N")]
     jobs: Option<usize>,
@@ -122,6 +125,9 @@ impl Prove {
             std::fs::write(path, shown::page::page(&outcome))
                 .into_diagnostic()
                 .wrap_err_with(|| format!("cannot write {}", path.display()))?;
+        }
+        if let Some(folder) = &self.stories {
+            tell(&outcome, &prober, &drawn, folder)?;
         }
         self.json.write(&outcome)?;
         if !self.json.owns_stdout() {
@@ -235,7 +241,7 @@ fn opened(
     }
     let judged = hidden::read(&answers)?
         .cases
-        .iter()
+        .into_iter()
         .map(|hidden| {
             let done = done.get(&hidden.case).ok_or_else(|| miette!("case {} was not diagnosed", hidden.case))?;
             let ended = match &done.failure {
@@ -248,7 +254,8 @@ fn opened(
                     }
                 }
             };
-            Ok(judge(hidden, &ended, done.processor_s.unwrap_or(done.seconds), done.memory_mb))
+            let judged = judge(&hidden, &ended, done.processor_s.unwrap_or(done.seconds), done.memory_mb);
+            Ok((hidden, judged))
         })
         .collect::<miette::Result<Vec<_>>>()?;
     let origin = Origin {
@@ -260,6 +267,21 @@ fn opened(
         jobs,
     };
     Ok(Outcome::of(origin, judged))
+}
+
+/// Writes the pages of the telling cases.
+fn tell(outcome: &Outcome, prober: &Prober, drawn: &Drawn, pages: &Path) -> miette::Result<()> {
+    std::fs::create_dir_all(pages)
+        .into_diagnostic()
+        .wrap_err_with(|| format!("cannot make the folder {}", pages.display()))?;
+    let bar = bar("telling cases", outcome.stories.len())?;
+    for story in &outcome.stories {
+        let without = drawn.cases.iter().find(|(case, _)| *case == story.case).map_or(&[][..], |(_, without)| without);
+        prober.report(&drawn.folder, &story.case, without, &pages.join(format!("{}.html", story.name)))?;
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    Ok(())
 }
 
 fn capital(words: &str) -> String {

@@ -2,8 +2,10 @@
 
 use serde::Serialize;
 
+use super::hidden::Hidden;
 use super::judged::Judged;
 use super::score::Scores;
+use super::story::{Story, choose};
 use super::target::{Target, targets};
 
 /// What the `format` key says.
@@ -30,6 +32,8 @@ pub struct Outcome {
     pub targets: Vec<Target>,
     /// All scores.
     pub scores: Scores,
+    /// Telling ones.
+    pub stories: Vec<Story>,
     /// Each case.
     pub cases: Vec<Judged>,
 }
@@ -54,7 +58,9 @@ pub struct Origin {
 impl Outcome {
     /// Scores judged cases.
     #[must_use]
-    pub fn of(origin: Origin, cases: Vec<Judged>) -> Self {
+    pub fn of(origin: Origin, cases: Vec<(Hidden, Judged)>) -> Self {
+        let stories = choose(&cases);
+        let cases: Vec<Judged> = cases.into_iter().map(|(_, judged)| judged).collect();
         let scores = Scores::of(&cases);
         Self {
             format: FORMAT,
@@ -66,6 +72,7 @@ impl Outcome {
             jobs: origin.jobs,
             targets: targets(&cases, &scores),
             scores,
+            stories,
             cases,
         }
     }

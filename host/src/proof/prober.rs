@@ -90,6 +90,24 @@ impl Prober {
         }
     }
 
+    /// Writes the page of a case to `page`.
+    ///
+    /// # Errors
+    /// The diagnosis failed.
+    pub fn report(&self, folder: &Folder, case: &str, without: &[String], page: &Path) -> miette::Result<()> {
+        let page = std::path::absolute(page).into_diagnostic()?;
+        let mut command = Command::new(&self.program);
+        command.current_dir(folder.cases()).args(["diagnose", case, "--report"]).arg(&page);
+        for mechanism in without {
+            command.args(["--without", mechanism]);
+        }
+        let output = command.output().into_diagnostic().wrap_err("cannot start the diagnosis of a telling case")?;
+        if !output.status.success() {
+            return Err(miette!("the page of case {case} failed: {}", String::from_utf8_lossy(&output.stderr)));
+        }
+        Ok(())
+    }
+
     /// Diagnoses one case. None where Ctrl-C ended it.
     fn one(&self, folder: &Folder, case: &str, without: &[String], sealed: bool) -> miette::Result<Option<Done>> {
         let part = |ending: &str| folder.diagnosis(case).with_extension(ending);

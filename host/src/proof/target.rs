@@ -278,3 +278,25 @@ fn most(of: usize, value: f64) -> Number {
     let value = (value > 0.0).then_some(value);
     Number { of, value, low: value, high: value }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_demand_is_sure_only_where_the_whole_interval_says_so() {
+        let two_in_hundred = Demand::AtMost(0.02);
+        assert_eq!(two_in_hundred.sure([0.001, 0.015]), "reached");
+        assert_eq!(two_in_hundred.sure([0.001, 0.03]), "open");
+        assert_eq!(two_in_hundred.sure([0.03, 0.06]), "missed");
+        assert_eq!(Demand::Between(0.9, 0.99).sure([0.3, 0.8]), "missed");
+        assert!(Demand::Between(0.9, 0.99).met(0.95) && !Demand::Between(0.9, 0.99).met(1.0));
+    }
+
+    #[test]
+    fn without_cases_every_line_is_unmeasured() {
+        let lines = targets(&[], &Scores::of(&[]));
+        assert!(lines.len() >= 20);
+        assert!(lines.iter().all(|line| line.reached.is_none()), "{lines:?}");
+    }
+}

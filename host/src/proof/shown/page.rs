@@ -71,6 +71,10 @@ pub fn page(outcome: &Outcome) -> String {
                          verdict. The darker, the larger the share of the row; a heavy frame is where it should be."
                     }
                 }
+                @if !outcome.stories.is_empty() {
+                    h2 { "Telling cases" }
+                    dl { @for story in &outcome.stories { dt { (story.name.replace('-', " ")) } dd { (story.about) " (case " (story.case) ")" } } }
+                }
                 h2 { "When it says p, is it p?" }
                 (calibration(outcome))
                 h2 { "Numbers" }
