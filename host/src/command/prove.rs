@@ -66,7 +66,7 @@ pub struct Prove {
     /// Processes side by side [default: as many as there are cores]
     #[arg(long, value_name = "N")]
     jobs: Option<usize>,
-    /// Longest time for a campaign, s; one that takes longer counts as wrong
+    /// Longest processor time for a campaign, s; one that takes longer counts as wrong
     #[arg(long, value_name = "S", default_value_t = 300.0)]
     limit: f64,
 }

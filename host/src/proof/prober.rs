@@ -26,11 +26,13 @@ pub struct Prober {
 
 /// How often a running process is looked at.
 const LOOK: Duration = Duration::from_millis(20);
+/// How many times its limit of processor time a process may take by the clock.
+const PATIENCE: u32 = 10;
 /// How much of what a failed process wrote is kept.
 const WORDS: u64 = 2000;
 
 impl Prober {
-    /// This very program, with so long for each campaign.
+    /// This very program, with so much processor time for each campaign.
     ///
     /// # Errors
     /// Its own file cannot be found or read.
@@ -137,7 +139,9 @@ impl Prober {
             if let Some(status) = child.try_wait().into_diagnostic()? {
                 break Some(status);
             }
-            if interrupt::asked() || begun.elapsed() > self.limit {
+            // On a busy machine a process waits; one that waits for ever is ended all the same.
+            let used = usage.processor_s.unwrap_or_else(|| begun.elapsed().as_secs_f64());
+            if interrupt::asked() || used > self.limit.as_secs_f64() || begun.elapsed() > self.limit * PATIENCE {
                 child.kill().into_diagnostic()?;
                 child.wait().into_diagnostic()?;
                 break None;
