@@ -113,7 +113,7 @@ impl Prove {
                 format!("--seed {} ", drawn.seed)
             };
             self.words(&format!(
-                "Stopped: {} of {} cases are diagnosed, and no answer was opened. The same options with {seed}--out {} go on from there.",
+                "Stopped: {} of {} cases are diagnosed. The same options with {seed}--out {} go on from there.",
                 done.len(),
                 drawn.cases.len(),
                 drawn.folder.root().display()

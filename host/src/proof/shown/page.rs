@@ -13,7 +13,9 @@ use super::{demand, interval, reached, value};
 use crate::report::page::STYLE;
 
 const OWN_STYLE: &str = "
-.number, .nowrap { white-space: nowrap } .missed td { font-weight: bold } .note { color: #444; font-size: .84rem }
+td.number { white-space: nowrap } .missed td { font-weight: bold } .note { color: #444; font-size: .84rem; font-weight: normal }
+.part td { border-bottom: 1px solid #111; padding-top: .8rem; font-style: italic } td.what { white-space: normal; padding-left: 1.2rem }
+.groups { font-size: .84rem } .groups th, .groups td { padding: .2rem .35rem }
 .cases td, .cases th { font-size: .78rem; padding: .12rem .35rem } .wrong td { font-weight: bold } code { font-size: .86rem; overflow-wrap: anywhere }
 .matrix svg { width: auto; max-width: 100% } summary { cursor: pointer }
 ";
@@ -119,17 +121,19 @@ fn plain(value: Option<f64>, decimals: usize) -> String {
 fn targets(targets: &[Target]) -> Markup {
     html! {
         table {
-            thead { tr { th { "over" } th { "what" } th.number { "wanted" } th.number { "reached" } th.number { "95 % interval" } th.number { "cases" } th { "" } } }
+            thead { tr { th { "" } th.number { "wanted" } th.number { "reached" } th.number { "95 % interval" } th.number { "cases" } th { "" } } }
             tbody {
-                @for target in targets {
-                    tr.missed[target.reached == Some(false)] {
-                        td { (target.of) }
-                        td { (target.what) @if !target.note.is_empty() { br; span.note { (target.note) } } }
-                        td.number { (demand(target)) }
-                        td.number { (value(target)) }
-                        td.number { (interval(target)) }
-                        td.number { (target.cases) }
-                        td { (reached(target)) }
+                @for part in targets.chunk_by(|a, b| a.of == b.of) {
+                    tr.part { td colspan="6" { (part[0].of) } }
+                    @for target in part {
+                        tr.missed[target.reached == Some(false)] {
+                            td.what { (target.what) @if !target.note.is_empty() { br; span.note { (target.note) } } }
+                            td.number { (demand(target)) }
+                            td.number { (value(target)) }
+                            td.number { (interval(target)) }
+                            td.number { (target.cases) }
+                            td { (reached(target)) }
+                        }
                     }
                 }
             }
@@ -150,7 +154,7 @@ fn picture(groups: &[Group], shares: impl Fn(&Group) -> (Share, Option<Share>), 
 
 fn groups(groups: &[Group]) -> Markup {
     html! {
-        table {
+        table.groups {
             thead { tr {
                 th { "" } th.number { "cases" } th.number { "right verdict" } th.number { "first" } th.number { "exact" } th.number { "in the set" }
                 th.number { "size of set" } th.number { "unexplained" } th.number { "wrong, confident" } th.number { "right phase" } th.number { "held out ÷ true model" }
