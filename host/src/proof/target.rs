@@ -167,13 +167,6 @@ pub fn targets(cases: &[Judged], scores: &Scores) -> Vec<Target> {
             }),
             "",
         ),
-        share(
-            "all cases",
-            "wrong and confident",
-            AtMost(0.02),
-            scores.all.wrong_and_confident,
-            "a name without an alternative, in an answer that leaves nothing unexplained, of something that is not hidden",
-        ),
         share(PAIRS, "both named, nothing else", AtLeast(0.85), Share::count(pairs(), |case| case.exact), ""),
         share(
             "nothing hidden",
@@ -226,13 +219,6 @@ pub fn targets(cases: &[Judged], scores: &Scores) -> Vec<Target> {
             "",
         ),
         share(
-            "all cases",
-            "held out no worse than the baseline",
-            AtLeast(1.0),
-            Share::count(cases.iter().filter_map(|case| case.over_baseline), |ratio| *ratio <= 1.0 + 1e-9),
-            "",
-        ),
-        share(
             "parameters, right answers",
             "95 % interval holds the truth",
             Between(0.90, 0.99),
@@ -253,6 +239,20 @@ pub fn targets(cases: &[Judged], scores: &Scores) -> Vec<Target> {
             AtLeast(0.85),
             Share::new(0, 0),
             "not measured: the advice is a sentence, from which no recording can be made",
+        ),
+        share(
+            "all cases",
+            "wrong and confident",
+            AtMost(0.02),
+            scores.all.wrong_and_confident,
+            "a name without an alternative, in an answer that leaves nothing unexplained, of something that is not hidden",
+        ),
+        share(
+            "all cases",
+            "held out no worse than the baseline",
+            AtLeast(1.0),
+            Share::count(cases.iter().filter_map(|case| case.over_baseline), |ratio| *ratio <= 1.0 + 1e-9),
+            "",
         ),
         line(
             "all cases",

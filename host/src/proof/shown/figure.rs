@@ -96,10 +96,9 @@ pub(super) fn confusion(rows: &[Confusion]) -> String {
         ["unexplained", "consistent", "failed"].into_iter().filter(|word| said.remove(word)).collect();
     // Names in the order of the rows, so that what is right lies on the diagonal.
     let mut columns: Vec<&str> = Vec::new();
-    for row in rows {
-        if said.remove(row.truth.as_str()) {
-            columns.push(&row.truth);
-        }
+    for row in rows.iter().filter(|row| row.nameable) {
+        said.remove(row.truth.as_str());
+        columns.push(&row.truth);
     }
     columns.extend(said);
     columns.extend(last);
@@ -133,11 +132,20 @@ pub(super) fn confusion(rows: &[Confusion]) -> String {
                     let style = (FONT, 12).into_font().color(ink).pos(Pos::new(HPos::Center, VPos::Center));
                     area.draw(&Text::new(times.to_string(), (left + CELL / 2, top + CELL / 2), style))?;
                 }
-                let right = row.nameable && *column == row.truth
-                    || row.truth == "nothing" && *column == "consistent"
-                    || !row.nameable && row.truth != "nothing" && *column == "unexplained";
-                let line = if right { BLACK.stroke_width(2) } else { GRID.stroke_width(1) };
-                area.draw(&Rectangle::new(corners, line))?;
+                area.draw(&Rectangle::new(corners, GRID.stroke_width(1)))?;
+            }
+        }
+        // Over the lines of all others: where it should be.
+        for (number, row) in rows.iter().enumerate() {
+            let right = match (row.nameable, row.truth.as_str()) {
+                (true, truth) => truth,
+                (false, "nothing") => "consistent",
+                (false, _) => "unexplained",
+            };
+            if let Some(at) = columns.iter().position(|column| *column == right) {
+                let (left, top) = (NAMES + CELL * at as i32, TOP + CELL * number as i32);
+                let corners = [(left, top), (left + CELL, top + CELL)];
+                area.draw(&Rectangle::new(corners, BLACK.stroke_width(2)))?;
             }
         }
         Ok(())
