@@ -41,7 +41,12 @@ pub const ALL: &[Comparable] = &[
     ),
     same("mullins-softening", "excess", "softening, the same law", |of| of("softening")),
     same("mullins-softening", "hits", "hits, the same law", |of| of("hits")),
-    same("hardening", "lock_m", "lock_stroke, the same law up to nine tenths of it", |of| of("lock_stroke")),
+    same(
+        "hardening",
+        "lock_m",
+        "lock_stroke where the exponent is 1, the tool's usual one; else lock and exponent trade places",
+        |of| of("lock_stroke").filter(|_| of("exponent") == Some(1.0)),
+    ),
     same("end-stop", "stroke_m", "stroke + half of soft_range, where the stop's straight part meets the axis", |of| {
         Some(of("stroke")? + 0.5 * of("soft_range")?)
     }),

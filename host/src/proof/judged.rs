@@ -171,7 +171,8 @@ fn compare(hidden: &Hidden, said: &Said, judged: &mut Judged) {
         verdict => said.verdict == verdict,
     };
     judged.p_value = Some(said.places.iter().filter_map(|place| place.p_value).fold(1.0, f64::min));
-    if !hidden.effects.is_empty() {
+    // A fall has one phase only.
+    if !hidden.effects.is_empty() && hidden.kind != "fall" {
         judged.right_phase = Some(said.first_place().is_some_and(|place| {
             let share = PHASES.iter().position(|phase| *phase == place.phase).map(|at| hidden.rest.shares[at]);
             place.phase == hidden.rest.phase || share.is_some_and(|share| share >= PHASE_SHARE)
