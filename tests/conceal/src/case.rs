@@ -119,7 +119,7 @@ const LIGHTEST_PIECE_KG: f64 = 3e-5;
 /// Highest corner of the anti-alias filter, Hz.
 const HIGHEST_CORNER_HZ: f64 = 6e3;
 /// How many plans are drawn before a noisier amplifier has to cover the imperfections.
-const PLANS: usize = 60;
+const PLANS: usize = 12;
 const TOLERANCE: f64 = 0.045;
 const ATTEMPTS: usize = 24;
 

@@ -23,6 +23,8 @@ pub const CASES: usize = 1000;
 pub const RECORDINGS: usize = 12;
 /// The list as it is kept.
 pub const LIST: &str = include_str!("../frozen.txt");
+/// Stands for the digest of a case that was not drawn when the list was written.
+pub const NO_DIGEST: &str = "-";
 /// Hexadecimal digits of a digest that are kept.
 const DIGITS: usize = 16;
 
