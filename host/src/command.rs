@@ -2,6 +2,7 @@
 
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
+mod conceal;
 mod configure;
 mod demo;
 mod diagnose;
@@ -13,6 +14,7 @@ mod log;
 mod mass;
 mod mechanisms;
 mod monitor;
+mod prove;
 mod record;
 mod replay;
 mod sensor;
@@ -50,6 +52,8 @@ enum Command {
     Limits(limits::Limits),
     Speed(speed::Speed),
     Drop(drop::Drop),
+    Prove(prove::Prove),
+    Conceal(conceal::Conceal),
     Hit(hit::Hit),
     Configure(configure::Configure),
     Monitor(monitor::Monitor),
@@ -85,6 +89,8 @@ impl Thud {
             Command::Limits(command) => command.run(),
             Command::Speed(command) => command.run(),
             Command::Drop(command) => command.run(),
+            Command::Prove(command) => command.run(),
+            Command::Conceal(command) => command.run(),
             Command::Hit(command) => command.run(),
             Command::Configure(command) => command.run(),
             Command::Monitor(command) => command.run(),

@@ -118,6 +118,8 @@ const NOISIEST: f64 = 0.8;
 const LIGHTEST_PIECE_KG: f64 = 3e-5;
 /// Highest corner of the anti-alias filter, Hz.
 const HIGHEST_CORNER_HZ: f64 = 6e3;
+/// How many plans are drawn before a noisier amplifier has to cover the imperfections.
+const PLANS: usize = 12;
 const TOLERANCE: f64 = 0.045;
 const ATTEMPTS: usize = 24;
 
@@ -200,18 +202,27 @@ fn calm(plan: &mut Plan) -> Option<f64> {
     None
 }
 
-/// Draws plans until one keeps its own imperfections out of sight.
-///
-/// # Panics
-/// When hundreds of plans in a row do not, which no seed has shown.
+/// Draws plans until one keeps its own imperfections out of sight. Where so many do not (long recordings of a fast chain show the
+/// smallest ring), the one that came nearest gets the noise that covers it: d goes with one over the noise.
 fn quiet(draw: &mut Draw, wish: &Wish) -> (Plan, f64) {
-    for _ in 0..400 {
+    let mut nearest: Option<(Plan, f64)> = None;
+    for _ in 0..PLANS {
         let mut plan = Plan::draw(draw, wish);
         if let Some(benign_d) = calm(&mut plan) {
             return (plan, benign_d);
         }
+        let d = retune(&plan, &traces(&plan, &[]), false).d;
+        if nearest.as_ref().is_none_or(|(near, near_d)| d * plan.noise_rms < near_d * near.noise_rms) {
+            nearest = Some((plan, d));
+        }
     }
-    panic!("no campaign of {wish:?} keeps its own imperfections out of sight");
+    let (mut plan, mut d) = nearest.expect("there is at least one plan");
+    while d >= BENIGN_D {
+        plan.noise_rms = rounded(plan.noise_rms * d / (0.9 * BENIGN_D));
+        plan.colour = plan.colour.at(plan.noise_rms);
+        d = retune(&plan, &traces(&plan, &[]), false).d;
+    }
+    (plan, d)
 }
 
 /// The recordings that an effect may touch.

@@ -157,8 +157,18 @@ fn number(index: usize) -> String {
 /// # Errors
 /// When the folder or a file cannot be written.
 pub fn write(case: &Case, folder: &Path, name: &str) -> io::Result<Answer> {
+    let (files, answer) = render(case, name);
     fs::create_dir_all(folder.join("recordings"))?;
-    fs::write(folder.join("campaign.toml"), campaign(case, name))?;
+    for (path, text) in files {
+        fs::write(folder.join(path), text)?;
+    }
+    Ok(answer)
+}
+
+/// The campaign's files, path and text, and the answer.
+#[must_use]
+pub fn render(case: &Case, name: &str) -> (Vec<(String, String)>, Answer) {
+    let mut files = vec![("campaign.toml".to_owned(), campaign(case, name))];
     let plan = &case.plan;
     let mut draw = Draw::new(case.request.seed ^ 0x9e37_79b9_7f4a_7c15);
     let (mut squares, mut count) = (0.0, 0usize);
@@ -182,11 +192,12 @@ pub fn write(case: &Case, folder: &Path, name: &str) -> io::Result<Answer> {
             // Infallible: it goes into a String.
             let _ = writeln!(text, "{t:.7},{value:.digits$}");
         }
-        fs::write(folder.join(file_name(index)), text)?;
+        files.push((file_name(index), text));
     }
     #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
     let rmse = (squares / count as f64).sqrt();
-    Ok(answer(case, name, rmse))
+    let answer = answer(case, name, rmse);
+    (files, answer)
 }
 
 fn estimate(e: &Estimate) -> String {

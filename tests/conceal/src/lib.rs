@@ -35,12 +35,16 @@ mod baseline;
 mod bristle;
 /// Cases: a plan with something hidden in it.
 pub mod case;
+/// A case of somebody's own choice.
+pub mod chosen;
 mod contact;
 mod draw;
 /// What can be hidden.
 pub mod effect;
 /// Campaigns and answers as files.
 pub mod files;
+/// The set that ships.
+pub mod frozen;
 /// Compositions of many cases.
 pub mod mix;
 mod motion;

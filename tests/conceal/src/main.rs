@@ -8,12 +8,12 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::{Parser, Subcommand, ValueEnum};
-use thud_conceal::case::{self, Request, Way};
-use thud_conceal::effect::{self, Confined, Effect};
+use thud_conceal::case::{self, Request};
+use thud_conceal::chosen::{self, WayWord};
+use thud_conceal::effect;
 use thud_conceal::files::{self, Answer, Answers};
+use thud_conceal::frozen;
 use thud_conceal::mix::{self, Mix};
-use thud_conceal::plan::Wish;
-use thud_conceal::world::Kind;
 
 /// Makes campaigns with a hidden effect, for someone else to diagnose.
 ///
@@ -90,16 +90,18 @@ enum Command {
     },
     /// Lists what can be hidden
     Effects,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum WayWord {
-    /// Among ordinary imperfections
-    Unnamed,
-    /// What is stated already absorbs it: peaks agree, R² exceeds 0.98
-    Absorbed,
-    /// It acts in a few recordings only
-    Conditional,
+    /// Draws the frozen set and prints its list, one line a case with a digest of what it draws
+    ///
+    /// The list that ships is tests/conceal/frozen.txt; whoever changes what is drawn writes it anew, and a review sees it.
+    #[command(after_help = "Example: thud-conceal frozen > tests/conceal/frozen.txt")]
+    Frozen {
+        /// Draw only so many, spread over every way; the others have no digest
+        #[arg(long, default_value_t = frozen::CASES)]
+        digests: usize,
+        /// Threads
+        #[arg(long, default_value_t = 2)]
+        threads: usize,
+    },
 }
 
 fn main() -> ExitCode {
@@ -116,19 +118,26 @@ fn word(mix: Mix) -> String {
     mix.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
-fn known(id: &str) -> Result<&'static Effect, String> {
-    effect::named(id).ok_or_else(|| format!("`{id}` is not an effect; `thud-conceal effects` lists those that are"))
-}
-
 fn run(command: Command) -> Result<(), String> {
     match command {
         Command::Effects => {
             list_effects();
             Ok(())
         }
+        Command::Frozen { digests, threads } => {
+            let requests = frozen::requests();
+            let drawn = frozen::sample(&requests, digests);
+            let lines = each(&requests, threads, |index, request| {
+                let known = drawn.binary_search(&index).is_ok();
+                let digest = if known { frozen::digest(&case::make(request)) } else { frozen::NO_DIGEST.to_owned() };
+                Ok(frozen::line(index, request, &digest))
+            })?;
+            print!("{}", frozen::list(&lines));
+            Ok(())
+        }
         Command::Conceal { effect, strength, way, seed, recordings, out, answer } => {
-            let request = one(&effect, strength, way, seed, recordings)?;
-            refuse_answer_inside(&answer, &out)?;
+            let request = chosen::request(&effect, strength, way, seed, recordings)?;
+            chosen::refuse_answer_inside(&answer, &out)?;
             let case = case::make(&request);
             if !case.on_target {
                 eprintln!(
@@ -139,9 +148,9 @@ fn run(command: Command) -> Result<(), String> {
             write_json(&answer, &Answers { format: files::FORMAT, mix: None, seed, cases: vec![answer_value] })
         }
         Command::Draw { cases, seed, out, answers, mix, only, recordings, threads } => {
-            enough(recordings)?;
-            refuse_answer_inside(&answers, &out)?;
-            let only = only.as_deref().map(known).transpose()?;
+            chosen::enough(recordings)?;
+            chosen::refuse_answer_inside(&answers, &out)?;
+            let only = only.as_deref().map(chosen::known).transpose()?;
             let requests = match only {
                 None => mix::requests(mix, cases, seed, recordings),
                 Some(effect) => mix::only(effect, cases, seed, recordings),
@@ -163,11 +172,24 @@ fn options(answers: &[Answer]) -> std::collections::BTreeMap<&str, serde_json::V
         .collect()
 }
 
-/// A progress line, an answer per case, in the order of the cases.
+/// A campaign and an answer per case, in the order of the cases.
 fn draw(requests: &[Request], out: &Path, threads: usize) -> Result<Vec<Answer>, String> {
+    each(requests, threads, |index, request| {
+        let name = format!("case-{:04}", index + 1);
+        let folder = out.join(&name);
+        files::write(&case::make(request), &folder, &name).map_err(|e| cannot_write(&folder, &e))
+    })
+}
+
+/// What `make` makes of each request, in their order, with a progress line.
+fn each<T: Send>(
+    requests: &[Request],
+    threads: usize,
+    make: impl Fn(usize, &Request) -> Result<T, String> + Sync,
+) -> Result<Vec<T>, String> {
     let next = AtomicUsize::new(0);
     let done = AtomicUsize::new(0);
-    let answers: Mutex<Vec<Option<Answer>>> = Mutex::new(requests.iter().map(|_| None).collect());
+    let made: Mutex<Vec<Option<T>>> = Mutex::new(requests.iter().map(|_| None).collect());
     let fault: Mutex<Option<String>> = Mutex::new(None);
     std::thread::scope(|scope| {
         for _ in 0..threads.max(1) {
@@ -177,18 +199,15 @@ fn draw(requests: &[Request], out: &Path, threads: usize) -> Result<Vec<Answer>,
                     if index >= requests.len() || fault.lock().is_ok_and(|f| f.is_some()) {
                         return;
                     }
-                    let name = format!("case-{:04}", index + 1);
-                    let folder = out.join(&name);
-                    let case = case::make(&requests[index]);
-                    match files::write(&case, &folder, &name) {
-                        Ok(answer) => {
-                            if let Ok(mut answers) = answers.lock() {
-                                answers[index] = Some(answer);
+                    match make(index, &requests[index]) {
+                        Ok(one) => {
+                            if let Ok(mut made) = made.lock() {
+                                made[index] = Some(one);
                             }
                         }
                         Err(e) => {
                             if let Ok(mut fault) = fault.lock() {
-                                *fault = Some(cannot_write(&folder, &e));
+                                *fault = Some(e);
                             }
                         }
                     }
@@ -203,52 +222,10 @@ fn draw(requests: &[Request], out: &Path, threads: usize) -> Result<Vec<Answer>,
     if let Ok(Some(fault)) = fault.into_inner() {
         return Err(fault);
     }
-    answers
-        .into_inner()
+    made.into_inner()
         .ok()
         .and_then(|list| list.into_iter().collect::<Option<Vec<_>>>())
         .ok_or_else(|| "a case was not made".to_owned())
-}
-
-fn one(ids: &[String], strength: f64, way: WayWord, seed: u64, recordings: usize) -> Result<Request, String> {
-    enough(recordings)?;
-    if !(strength.is_finite() && strength >= 2.0) {
-        return Err(format!("a strength of {strength} drowns in what every rig has; choose 2 or more"));
-    }
-    let effects: Vec<&'static Effect> = ids.iter().map(|id| known(id)).collect::<Result<_, _>>()?;
-    let kind = [Kind::Impact, Kind::Fall]
-        .into_iter()
-        .find(|kind| effects.iter().all(|e| e.kinds.contains(kind)))
-        .ok_or("no campaign holds all of these: a falling body has no rig")?;
-    let way = match way {
-        _ if effects.iter().any(|e| !e.listed) => Way::Unlisted,
-        WayWord::Unnamed => Way::Unnamed,
-        WayWord::Absorbed => Way::Absorbed,
-        WayWord::Conditional => Way::Conditional,
-    };
-    if way == Way::Absorbed && kind == Kind::Fall {
-        return Err("a fall states nothing that could absorb the effect; choose another --way".to_owned());
-    }
-    if let Some(everywhere) = effects.iter().find(|e| way == Way::Conditional && e.confined == Confined::Never) {
-        return Err(format!("`{}` belongs to the whole rig; it cannot act in a few recordings only", everywhere.id));
-    }
-    let effects = effects.into_iter().map(|e| (e, strength)).collect();
-    Ok(Request { way, effects, without: Vec::new(), wish: Wish { kind, recordings, long: false }, seed })
-}
-
-fn enough(recordings: usize) -> Result<(), String> {
-    if recordings < 4 {
-        return Err(format!("{recordings} recordings are no campaign; choose 4 or more"));
-    }
-    Ok(())
-}
-
-/// An answer beside the recordings is no secret.
-fn refuse_answer_inside(answer: &Path, out: &Path) -> Result<(), String> {
-    if answer.starts_with(out) {
-        return Err(format!("the answer {} lies in the campaign's folder; put it elsewhere", answer.display()));
-    }
-    Ok(())
 }
 
 fn cannot_write(path: &Path, error: &std::io::Error) -> String {
