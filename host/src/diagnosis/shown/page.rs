@@ -25,12 +25,7 @@ pre { font-size: .78rem; white-space: pre-wrap; border: 1px solid #ccc; padding:
 pub fn page(diagnosis: &Diagnosis, answer: &Answer, name: &str) -> String {
     let shown = shown_after(diagnosis);
     let pictures = pictured(diagnosis, answer, &shown);
-    let quantity = words::unit(diagnosis);
-    let quantity = match quantity {
-        "N" => "force, N",
-        "m" => "position, m",
-        _ => "acceleration, m/s²",
-    };
+    let quantity = quantity(diagnosis);
     let title = format!("Does the simulation hold? – {name}");
     html! {
         (DOCTYPE)
@@ -96,12 +91,33 @@ pub fn page(diagnosis: &Diagnosis, answer: &Answer, name: &str) -> String {
     .into_string()
 }
 
+/// The verdict and the recording that is most off, for a page of something else.
+#[must_use]
+pub fn telling(diagnosis: &Diagnosis, answer: &Answer) -> Markup {
+    let pictures = pictured(diagnosis, answer, &shown_after(diagnosis));
+    html! {
+        style { (PreEscaped(OWN_STYLE)) }
+        div class={ "verdict " (answer.verdict) } {
+            strong { (words::verdict(diagnosis, answer)) }
+            p { (words::gain(diagnosis, answer)) }
+        }
+        (place_figure(diagnosis, answer, &pictures, quantity(diagnosis)))
+    }
+}
+
+fn quantity(diagnosis: &Diagnosis) -> &'static str {
+    match words::unit(diagnosis) {
+        "N" => "force, N",
+        "m" => "position, m",
+        _ => "acceleration, m/s²",
+    }
+}
+
 fn legend() -> Markup {
     html! { div.legend { @for (swatch, words) in figure::legend() { span { (PreEscaped(swatch)) (words) } } } }
 }
 
 fn place_section(diagnosis: &Diagnosis, answer: &Answer, pictures: &[Pictured], quantity: &str) -> Markup {
-    let telling = pictures.iter().max_by(|a, b| a.misfit.total_cmp(&b.misfit));
     html! {
         h2 { "Where does it fail?" }
         @if answer.places.is_empty() {
@@ -110,6 +126,13 @@ fn place_section(diagnosis: &Diagnosis, answer: &Answer, pictures: &[Pictured], 
             p { "The re-tuned simulation differs from the recordings in these places, the largest share first:" }
             (sheet::places(diagnosis, answer))
         }
+        (place_figure(diagnosis, answer, pictures, quantity))
+    }
+}
+
+fn place_figure(diagnosis: &Diagnosis, answer: &Answer, pictures: &[Pictured], quantity: &str) -> Markup {
+    let telling = pictures.iter().max_by(|a, b| a.misfit.total_cmp(&b.misfit));
+    html! {
         @if let Some(picture) = telling {
             figure {
                 (PreEscaped(figure::recording(picture, quantity, true)))
