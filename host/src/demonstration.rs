@@ -8,6 +8,8 @@
 //! Nothing is short-circuited: the sensor is found, configured and started over the simulated bus as a real one
 //! would be; alarm and event come as frames, the event's full precision from the sensor's log and the force curve from
 //! its memory, by SDO. Only the truth is taken from the rig itself.
+//!
+//! It ends with a [`riddle`]: a rig that hides something, and the diagnosis that has to find it.
 
 use std::time::Duration;
 
@@ -25,11 +27,13 @@ use crate::report::ForceCurve;
 use crate::simulated_sensor::{Setup, SimulatedSensor};
 
 mod outcome;
+mod riddle;
 mod scenario;
 mod shown;
 mod truth;
 
 pub use outcome::{Outcome, table};
+pub use riddle::{Riddle, riddle};
 pub use scenario::Scenario;
 pub use shown::report;
 pub use truth::Truth;

@@ -38,6 +38,8 @@ pub struct Report {
     pub impacts: Vec<ImpactReport>,
     /// What they were judged by.
     pub configuration: Configuration,
+    /// What comes after the impacts, ready made.
+    pub closing: Option<maud::Markup>,
 }
 
 /// One impact: its curve, what was sensed, and what was true.

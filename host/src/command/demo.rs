@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use indicatif::ProgressBar;
 use miette::{IntoDiagnostic as _, WrapErr as _};
 
-use crate::demonstration::{Outcome, Scenario, demonstrate, report, table};
+use crate::demonstration::{Outcome, Scenario, demonstrate, report, riddle, table};
 use crate::json::JsonOption;
 use crate::report::{page, words};
 
@@ -14,6 +14,9 @@ use crate::report::{page, words};
 /// A robot runs into a rig three times, each time faster. The sensor's own firmware runs on a simulated board, senses the
 /// blows through a simulated measuring chain, and reports them over a simulated CAN bus. What was sensed stands beside
 /// what the rig truly did. One HTML page shows the force curves.
+///
+/// Then something is hidden in another simulated rig, an effect that the seed chooses, and the diagnosis, which gets the
+/// recordings only, says what it is.
 #[derive(clap::Args, Debug)]
 pub struct Demo {
     /// Starts the random numbers: region, robot, speeds, noise; the same seed gives the same results
@@ -54,13 +57,18 @@ impl Demo {
         let spinner = ProgressBar::new_spinner();
         spinner.enable_steady_tick(std::time::Duration::from_millis(100));
         let demonstrated = demonstrate(scenario, |step| spinner.set_message(step.to_owned()))?;
+        let stem = page_path.file_stem().map_or_else(|| "demo".into(), |stem| stem.to_string_lossy().into_owned());
+        let (diagnosis_name, campaign_name) = (format!("{stem}-diagnosis.html"), format!("{stem}-campaign"));
+        let campaign_path = page_path.with_file_name(&campaign_name);
+        let riddle = riddle(self.seed, &campaign_path, &mut |step| spinner.set_message(step.to_owned()))?;
         spinner.finish_and_clear();
 
-        let outcome = Outcome::new(&demonstrated);
-        let text = page(&report(&demonstrated));
-        std::fs::write(&page_path, text)
-            .into_diagnostic()
-            .wrap_err_with(|| format!("cannot write {}", page_path.display()))?;
+        let outcome = Outcome::new(&demonstrated, &riddle);
+        let written = |path: &std::path::Path, text: &str| {
+            std::fs::write(path, text).into_diagnostic().wrap_err_with(|| format!("cannot write {}", path.display()))
+        };
+        written(&page_path, &page(&report(&demonstrated, &riddle, &diagnosis_name)))?;
+        written(&page_path.with_file_name(&diagnosis_name), &riddle.page)?;
         if let Some(folder) = &self.out {
             JsonOption { json: Some(folder.join("demo.json")) }.write(&outcome)?;
         }
@@ -76,7 +84,17 @@ impl Demo {
                 outcome.frames_lost,
                 outcome.virtual_s
             );
-            crate::say!("  The page with the force curves is {}; open it in a browser.", page_path.display());
+            crate::say!(
+                "\n  Another rig was hit {} times, with something hidden in it; the diagnosis got the recordings only:",
+                riddle.recordings()
+            );
+            crate::say!("  {} {}", riddle.verdict, riddle.gain);
+            crate::say!("  {}", riddle.resolved());
+            crate::say!("  Try it yourself: thud diagnose {}", campaign_path.display());
+            crate::say!(
+                "\n  The page with the force curves and the diagnosis is {}; open it in a browser.",
+                page_path.display()
+            );
         }
         Ok(())
     }

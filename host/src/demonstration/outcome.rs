@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Blow, Demonstrated};
+use super::{Blow, Demonstrated, Riddle};
 use crate::table::{Side, Table};
 
 /// All of it as JSON.
@@ -35,6 +35,8 @@ pub struct Outcome {
     pub frames_lost: u64,
     /// Virtual time that passed, s.
     pub virtual_s: f64,
+    /// What was hidden in another rig, and what the diagnosis said.
+    pub riddle: Riddle,
 }
 
 /// One blow.
@@ -119,7 +121,7 @@ impl BlowOutcome {
 impl Outcome {
     /// The results of a demonstration.
     #[must_use]
-    pub fn new(demonstrated: &Demonstrated) -> Self {
+    pub fn new(demonstrated: &Demonstrated, riddle: &Riddle) -> Self {
         let scenario = &demonstrated.scenario;
         let rate = demonstrated.configuration.chain.sample_rate;
         Self {
@@ -136,6 +138,7 @@ impl Outcome {
             frames_received: demonstrated.frames.0,
             frames_lost: demonstrated.frames.1,
             virtual_s: demonstrated.virtual_s,
+            riddle: riddle.clone(),
         }
     }
 }

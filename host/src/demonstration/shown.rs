@@ -1,11 +1,13 @@
 //! The demonstration as a report.
 
-use super::{Blow, Demonstrated};
+use maud::html;
+
+use super::{Blow, Demonstrated, Riddle};
 use crate::report::{ImpactReport, ImpactTruth, Report, words};
 
-/// The page of a demonstration.
+/// The page of a demonstration; `beside` is the file name of the diagnosis' own page.
 #[must_use]
-pub fn report(demonstrated: &Demonstrated) -> Report {
+pub fn report(demonstrated: &Demonstrated, riddle: &Riddle, beside: &str) -> Report {
     let scenario = &demonstrated.scenario;
     let (serial, node) = demonstrated.sensor;
     let (revision, hash) = demonstrated.stamp;
@@ -67,6 +69,16 @@ pub fn report(demonstrated: &Demonstrated) -> Report {
             .map(|(index, blow)| impact(index, blow, demonstrated))
             .collect(),
         configuration: demonstrated.configuration,
+        closing: Some(html! {
+            h2 { "And what if rig and simulation differ?" }
+            p {
+                "Another rig was hit " (riddle.recordings()) " times, and something was hidden in it: an effect that the seed chose. It was simulated by a
+                 program that shares nothing with the one that was then asked what is missing; that one got the recordings and what the experimenter
+                 believes, as " code { "thud diagnose" } " does."
+            }
+            (riddle.telling)
+            p { strong { (riddle.resolved()) } " " a href=(beside) { "The whole diagnosis" } " says where, what, how strong, and why nothing else." }
+        }),
     }
 }
 

@@ -1,12 +1,19 @@
 //! The demonstration keeps what the sensor promises.
 
 use super::*;
+
+/// A riddle in a folder of its own.
+fn posed(seed: u64) -> Riddle {
+    let folder = tempfile::tempdir().unwrap();
+    riddle(seed, folder.path(), &mut |_| {}).unwrap()
+}
 use crate::report::page;
 
 #[test]
 fn what_is_sensed_is_what_was_true_and_the_page_says_so() {
     let demonstrated = demonstrate(Scenario::from_seed(0).unwrap(), |_| {}).unwrap();
-    let outcome = Outcome::new(&demonstrated);
+    let riddle = posed(0);
+    let outcome = Outcome::new(&demonstrated, &riddle);
     assert_eq!(outcome.blows.len(), 3);
     assert_eq!(outcome.frames_lost, 0);
     for blow in &outcome.blows {
@@ -19,8 +26,15 @@ fn what_is_sensed_is_what_was_true_and_the_page_says_so() {
     assert_eq!(outcome.blows[0].verdict, "pass");
     assert_eq!(outcome.blows[2].verdict, "fail");
     assert!(demonstrated.blows.iter().all(|blow| blow.curve.is_some()));
-    let page = page(&report(&demonstrated));
-    for says in ["Sensed beside true", "Pass.", "Fail.", "<svg", "ISO/TS 15066:2016"] {
+    let page = page(&report(&demonstrated, &riddle, "diagnosis.html"));
+    for says in [
+        "Sensed beside true",
+        "Pass.",
+        "Fail.",
+        "<svg",
+        "ISO/TS 15066:2016",
+        "Hidden was hunt-crossley-damping: it was found.",
+    ] {
         assert!(page.contains(says), "{says}");
     }
 }
@@ -29,7 +43,7 @@ fn what_is_sensed_is_what_was_true_and_the_page_says_so() {
 fn the_same_seed_gives_the_same_results() {
     let json = |seed| {
         let demonstrated = demonstrate(Scenario::from_seed(seed).unwrap(), |_| {}).unwrap();
-        serde_json::to_string(&Outcome::new(&demonstrated)).unwrap()
+        serde_json::to_string(&Outcome::new(&demonstrated, &posed(seed))).unwrap()
     };
     assert_eq!(json(3), json(3));
 }

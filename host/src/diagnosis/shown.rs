@@ -16,7 +16,7 @@ mod sheet;
 mod spectrum;
 mod terminal;
 
-pub use page::page;
+pub use page::{page, telling};
 pub use terminal::screenful;
 
 #[cfg(test)]

@@ -93,6 +93,19 @@ pub fn enough(recordings: usize) -> miette::Result<()> {
     chosen::enough(recordings).map_err(|sentence| miette!("{sentence}"))
 }
 
+/// Hides one effect of strength d in a campaign of the folder.
+///
+/// # Errors
+/// An effect or a strength that cannot be; a folder that cannot be written.
+pub fn hide(effect: &str, strength: f64, seed: u64, recordings: usize, folder: &Path) -> miette::Result<()> {
+    let request = chosen::request(&[effect.to_owned()], strength, chosen::WayWord::Unnamed, seed, recordings)
+        .map_err(|sentence| miette!("{sentence}"))?;
+    files::write(&case::make(&request), folder, "riddle")
+        .into_diagnostic()
+        .wrap_err_with(|| format!("cannot write the campaign to {}", folder.display()))?;
+    Ok(())
+}
+
 /// The name of a case: it says nothing, and puts the cases into an order that says nothing either.
 fn name(seed: u64, index: usize) -> String {
     sha256(format!("thud prove {seed} {index}").as_bytes())[..12].to_owned()

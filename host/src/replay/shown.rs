@@ -44,5 +44,6 @@ pub fn report(recordings: &[(String, Replayed)], configuration: &Configuration) 
         facts,
         impacts,
         configuration,
+        closing: None,
     }
 }

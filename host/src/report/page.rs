@@ -48,6 +48,7 @@ pub fn page(report: &Report) -> String {
                     p { "Nothing rose above the onset threshold." }
                 }
                 @for impact in &report.impacts { (impact_section(impact, &report.configuration)) }
+                @if let Some(closing) = &report.closing { (closing) }
                 (sheet::configuration(&report.configuration))
                 (glossary())
             }

@@ -9,10 +9,14 @@ use crate::diagnosis::evidence::evidence;
 use crate::diagnosis::{Diagnosis, words};
 use crate::report::page::STYLE;
 
+const VERDICT_STYLE: &str = "
+.verdict.consistent { border-width: 2px } .verdict.named { border-width: 5px } .verdict.ambiguous { border-style: dashed; border-width: 4px } .verdict.unexplained { border-style: double; border-width: 8px }
+.verdict p { margin: .3rem 0; font-size: 1rem }
+";
+
 const OWN_STYLE: &str = "
 .number { white-space: nowrap } .campaign { margin-top: 0; color: #444 }
-.verdict.consistent { border-width: 2px } .verdict.named { border-width: 5px } .verdict.ambiguous { border-style: dashed; border-width: 4px } .verdict.unexplained { border-style: double; border-width: 8px }
-.verdict p { margin: .3rem 0; font-size: 1rem } .equation { font-family: serif; font-size: 1.15rem; margin: .4rem 0 .4rem 1rem }
+.equation { font-family: serif; font-size: 1.15rem; margin: .4rem 0 .4rem 1rem }
 .multiples { display: grid; grid-template-columns: repeat(3, 1fr); gap: .4rem 1rem } .multiples figure { margin: 0 } .multiples figcaption { font-size: .82rem; margin-left: .4rem }
 .bars { min-width: 7rem } .bar { background: #333; height: .75rem; margin-top: .3rem; min-width: 1px } .rejected .bar { background: #aaa }
 .ranking td { font-size: .86rem } .taken td { font-weight: bold; border-bottom: 1px solid #111 } .taken td:last-child { font-weight: normal }
@@ -25,12 +29,7 @@ pre { font-size: .78rem; white-space: pre-wrap; border: 1px solid #ccc; padding:
 pub fn page(diagnosis: &Diagnosis, answer: &Answer, name: &str) -> String {
     let shown = shown_after(diagnosis);
     let pictures = pictured(diagnosis, answer, &shown);
-    let quantity = words::unit(diagnosis);
-    let quantity = match quantity {
-        "N" => "force, N",
-        "m" => "position, m",
-        _ => "acceleration, m/s²",
-    };
+    let quantity = quantity(diagnosis);
     let title = format!("Does the simulation hold? – {name}");
     html! {
         (DOCTYPE)
@@ -39,7 +38,7 @@ pub fn page(diagnosis: &Diagnosis, answer: &Answer, name: &str) -> String {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width";
                 title { (title) }
-                style { (PreEscaped(STYLE)) (PreEscaped(OWN_STYLE)) }
+                style { (PreEscaped(STYLE)) (PreEscaped(VERDICT_STYLE)) (PreEscaped(OWN_STYLE)) }
             }
             body {
                 h1 { "Does the simulation hold?" }
@@ -96,12 +95,33 @@ pub fn page(diagnosis: &Diagnosis, answer: &Answer, name: &str) -> String {
     .into_string()
 }
 
+/// The verdict and the recording that is most off, for a page of something else.
+#[must_use]
+pub fn telling(diagnosis: &Diagnosis, answer: &Answer) -> Markup {
+    let pictures = pictured(diagnosis, answer, &shown_after(diagnosis));
+    html! {
+        style { (PreEscaped(VERDICT_STYLE)) }
+        div class={ "verdict " (answer.verdict) } {
+            strong { (words::verdict(diagnosis, answer)) }
+            p { (words::gain(diagnosis, answer)) }
+        }
+        (place_figure(diagnosis, answer, &pictures, quantity(diagnosis)))
+    }
+}
+
+fn quantity(diagnosis: &Diagnosis) -> &'static str {
+    match words::unit(diagnosis) {
+        "N" => "force, N",
+        "m" => "position, m",
+        _ => "acceleration, m/s²",
+    }
+}
+
 fn legend() -> Markup {
     html! { div.legend { @for (swatch, words) in figure::legend() { span { (PreEscaped(swatch)) (words) } } } }
 }
 
 fn place_section(diagnosis: &Diagnosis, answer: &Answer, pictures: &[Pictured], quantity: &str) -> Markup {
-    let telling = pictures.iter().max_by(|a, b| a.misfit.total_cmp(&b.misfit));
     html! {
         h2 { "Where does it fail?" }
         @if answer.places.is_empty() {
@@ -110,6 +130,13 @@ fn place_section(diagnosis: &Diagnosis, answer: &Answer, pictures: &[Pictured], 
             p { "The re-tuned simulation differs from the recordings in these places, the largest share first:" }
             (sheet::places(diagnosis, answer))
         }
+        (place_figure(diagnosis, answer, pictures, quantity))
+    }
+}
+
+fn place_figure(diagnosis: &Diagnosis, answer: &Answer, pictures: &[Pictured], quantity: &str) -> Markup {
+    let telling = pictures.iter().max_by(|a, b| a.misfit.total_cmp(&b.misfit));
+    html! {
         @if let Some(picture) = telling {
             figure {
                 (PreEscaped(figure::recording(picture, quantity, true)))
