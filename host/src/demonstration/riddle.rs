@@ -71,8 +71,7 @@ pub fn riddle(seed: u64, folder: &Path, progress: &mut dyn FnMut(&str)) -> miett
         diagnosis::diagnose(&loaded, &Options::default(), &mut |step| progress(&format!("diagnosing it: {step}")))?;
     let said = answer(&found);
     let named = said.mechanisms.first();
-    let possible = named
-        .is_some_and(|named| named.id == hidden || named.indistinguishable_from.iter().any(|other| *other == hidden));
+    let possible = named.is_some_and(|named| named.id == hidden || named.indistinguishable_from.contains(&hidden));
     Ok(Riddle {
         hidden,
         found: possible,
