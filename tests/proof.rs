@@ -157,7 +157,8 @@ fn a_sceptic_hides_an_effect_for_someone_else() {
 
     let refused = |output: Output| {
         assert_eq!(output.status.code(), Some(2));
-        String::from_utf8_lossy(&output.stderr).split_whitespace().collect::<Vec<_>>().join(" ")
+        let said = String::from_utf8_lossy(&output.stderr).replace('│', " ");
+        said.split_whitespace().collect::<Vec<_>>().join(" ")
     };
     assert!(refused(conceal("piezo-discharge", "40", "answer.json")).contains("holds a campaign already"));
     assert!(refused(conceal("friction", "40", "answer.json")).contains("did you mean guide-friction"));

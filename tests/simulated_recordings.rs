@@ -224,7 +224,14 @@ fn the_demonstration_runs_and_writes_its_page() {
     assert!(page.contains("Sensed beside true"));
     let again = json(&succeeds(folder.path(), &["demo", "--seed", "1", "--out", "again", "--json", "-"]));
     assert_eq!(outcome, again, "the same seed gives the same results");
-    assert_eq!(std::fs::read_to_string(folder.path().join("again/demo.html")).unwrap(), page);
+    let other = std::fs::read_to_string(folder.path().join("again/demo.html")).unwrap();
+    assert!(
+        other.replace("demo-diagnosis.html", "page-diagnosis.html") == page,
+        "but for the name of the page beside it"
+    );
+    for beside in ["page-diagnosis.html", "again/demo-diagnosis.html"] {
+        assert!(folder.path().join(beside).is_file(), "{beside}");
+    }
 }
 
 #[test]

@@ -95,6 +95,7 @@ impl Setting {
 
 /// One value with all that it belongs to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Flat")]
 pub struct StatedMass {
     /// The value.
     pub effective_mass_kg: f64,
@@ -110,6 +111,40 @@ pub struct StatedMass {
     /// Joints that were given no value and stand still.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub locked: Vec<StatedJoint>,
+}
+
+/// As it is read: flattened by hand, for `flatten` cannot read numbers where serde_json keeps them exactly as written, which a build
+/// with the emulator's log decoder does.
+#[derive(Deserialize)]
+struct Flat {
+    effective_mass_kg: f64,
+    model: ModelSource,
+    link: String,
+    point_m: [f64; 3],
+    direction: [f64; 3],
+    frame: Frame,
+    orientation: Orientation,
+    #[serde(default)]
+    tool: Option<StatedTool>,
+    point_in_base_m: [f64; 3],
+    direction_in_base: [f64; 3],
+    joints: Vec<StatedJoint>,
+    #[serde(default)]
+    locked: Vec<StatedJoint>,
+}
+
+impl From<Flat> for StatedMass {
+    fn from(flat: Flat) -> Self {
+        let Flat { model, link, point_m, direction, frame, orientation, tool, .. } = flat;
+        Self {
+            effective_mass_kg: flat.effective_mass_kg,
+            setting: Setting { model, link, point_m, direction, frame, orientation, tool },
+            point_in_base_m: flat.point_in_base_m,
+            direction_in_base: flat.direction_in_base,
+            joints: flat.joints,
+            locked: flat.locked,
+        }
+    }
 }
 
 impl StatedMass {
