@@ -217,24 +217,21 @@ fn limits_are_complete_and_say_whose_they_are() {
     assert!(said.contains("0.05 to 1000 kg"), "{said}");
 }
 
-/// A simulated sensor in another process; it ends with the test.
-struct Sensor(Child);
+/// `thud` in another process; it ends with the test.
+struct Running(Child);
 
-impl Sensor {
-    fn start(bus: &str) -> Self {
-        let mut child = Command::new(THUD)
-            .args(["sensor", "--region", "chest", "--bus", bus])
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
+impl Running {
+    /// Starts it and waits until it says these words.
+    fn until(words: &str, arguments: &[&str]) -> Self {
+        let mut child = Command::new(THUD).args(arguments).stdout(Stdio::piped()).spawn().unwrap();
         let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
-        assert!(lines.by_ref().map_while(Result::ok).any(|line| line.contains("lives as node")));
+        assert!(lines.by_ref().map_while(Result::ok).any(|line| line.contains(words)), "{arguments:?} never said it");
         std::thread::spawn(move || lines.for_each(drop));
         Self(child)
     }
 }
 
-impl Drop for Sensor {
+impl Drop for Running {
     fn drop(&mut self) {
         let _ = self.0.kill();
         let _ = self.0.wait();
@@ -262,22 +259,10 @@ fn a_motion_is_streamed_to_the_sensor_and_judged_with() {
     assert!((masses[0] - number(&one["effective_mass_kg"])).abs() < 1e-9);
     assert!(samples.iter().all(|sample| sample["direction_in_base"] == serde_json::json!([1.0, 0.0, 0.0])));
 
-    let _sensor = Sensor::start(&bus);
+    let _sensor = Running::until("lives as node", &["sensor", "--region", "chest", "--bus", &bus]);
     let to_bus = ["--direction", "1,0,0", "--trajectory", &motion, "--bus", &bus];
-    // It is armed by whoever watches; until then it takes nothing, which is said.
-    let armed = Command::new(THUD)
-        .args(["monitor", "--bus", &bus, "--duration", "300"])
-        .stdout(Stdio::null())
-        .spawn()
-        .map(Sensor)
-        .unwrap();
-    // Two who ask at once hear each other's answers and may take them for two sensors: ask again.
-    let operational = || {
-        let status = run(&["status", "--bus", &bus, "--json", "-"]);
-        let told: Option<Value> = serde_json::from_slice(&status.stdout).ok();
-        told.is_some_and(|told| told["sensors"][0]["state"] == "operational")
-    };
-    assert!((0..60).any(|_| operational()), "the sensor is never armed");
+    // It is armed by whoever watches. Nobody else asks meanwhile: of two who ask at once each hears the other's answers.
+    let armed = Running::until("Following node", &["monitor", "--bus", &bus, "--duration", "300"]);
     let sent = json(&mass(&iiwa, &[&to_bus[..], &["--rate", "100"]].concat()))["sent"].clone();
     assert_eq!((number(&sent["frames"]), number(&sent["sensor"]["taken"])), (201.0, 201.0), "{sent}");
     assert_eq!((number(&sent["sensor"]["refused"]), number(&sent["sensor"]["missed"])), (0.0, 0.0), "{sent}");

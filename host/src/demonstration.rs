@@ -228,7 +228,7 @@ impl Robot {
     ) -> Result<(), ClientError> {
         let until = client.line().now() + MASS_PERIOD;
         while client.line().now() < until {
-            let left = until - client.line().now();
+            let left = until.saturating_sub(client.line().now());
             for happening in watch.next(client, left)? {
                 hear(&(client.line().now(), happening));
             }

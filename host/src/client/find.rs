@@ -65,7 +65,7 @@ pub(super) fn ask_all(
     let last = line.now() + if free.is_empty() { Duration::ZERO } else { FIRST };
     let mut until = last;
     while line.now() < until {
-        let Some((node, data)) = line.any_answer(until - line.now())? else { continue };
+        let Some((node, data)) = line.any_answer(until.saturating_sub(line.now()))? else { continue };
         if let Ok(SdoResponse::ConfirmUpload { index: i, sub: s, data, .. }) = SdoResponse::try_from(data)
             && (i, s) == (index, sub)
         {
@@ -116,7 +116,7 @@ impl Line {
     pub(super) fn listen(&mut self, span: Duration) -> Result<(), ClientError> {
         let until = self.now() + span;
         while self.now() < until {
-            self.any_answer(until - self.now())?;
+            self.any_answer(until.saturating_sub(self.now()))?;
         }
         Ok(())
     }

@@ -176,7 +176,7 @@ impl Line {
             let busy_until = self.channels[usize::from(node)].foreign.map(|at| at + QUIET);
             match busy_until {
                 Some(until) if until > self.now() && self.now() < deadline => {
-                    if let Some(stamped) = self.take(until - self.now())? {
+                    if let Some(stamped) = self.take(until.saturating_sub(self.now()))? {
                         self.keep(stamped);
                     }
                 }

@@ -58,7 +58,7 @@ impl Hit {
         let mut answer = Answer { hits: Vec::new() };
         let mut until = bus.now() + FIRST;
         while bus.now() < until {
-            let Some(stamped) = bus.receive(until - bus.now())? else { continue };
+            let Some(stamped) = bus.receive(until.saturating_sub(bus.now()))? else { continue };
             let Some(answered) = Answered::decode(&stamped.frame).filter(|answered| answered.number == number) else {
                 continue;
             };

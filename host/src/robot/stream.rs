@@ -85,8 +85,11 @@ impl Sender {
     /// [`ClientError::Bus`].
     pub fn send_at(&mut self, client: &mut Client, after: Duration, mass_kg: f64) -> Result<(), ClientError> {
         let due = self.started + after;
-        while client.line().now() < due {
-            let left = due - client.line().now();
+        loop {
+            let left = due.saturating_sub(client.line().now());
+            if left.is_zero() {
+                break;
+            }
             client.line().hear(left)?;
         }
         client.send_effective_mass(self.node, Kilogram(mass_kg as f32), self.sequence)?;

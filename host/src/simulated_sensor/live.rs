@@ -122,7 +122,7 @@ impl LiveSensor {
 
         let due = self.began.elapsed();
         self.sensor.world().borrow_mut().advance_to(due).map_err(|stuck| LiveError::Stuck(stuck.to_string()))?;
-        self.behind = self.behind.max(self.began.elapsed() - due);
+        self.behind = self.behind.max(self.began.elapsed().saturating_sub(due));
         // Two devices that send different data under one identifier drive each other off the bus (ISO 11898-1), and
         // our end of it does not come back by itself either.
         if self.port.status().state == BusState::BusOff {
