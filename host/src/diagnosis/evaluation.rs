@@ -128,14 +128,14 @@ pub fn evaluate(model: &Model, loaded: &Loaded) -> Result<Evaluation, DiagnosisE
         .iter()
         .map(|&number| {
             let recording = &problem.recordings[number];
-            let moved = |wanted: Role| local(&fit, number, wanted).unwrap_or(0.0);
+            let speed = fit.layout.local(&fit.point, number, Role::Speed).unwrap_or(0.0);
             let mass = fit.layout.globals.iter().position(|c| c.role == Role::Mass(recording.configuration));
             Evaluated {
                 file: recording.file.clone(),
                 rmse: each[number],
                 noise_ratio: each[number] / recording.raw.quiet_rms.unwrap_or(noise),
-                contact_s: local(&fit, number, Role::Contact).unwrap_or(recording.contact_guess_s),
-                impact_speed_m_per_s: recording.speed.value + recording.speed_scale() * moved(Role::Speed),
+                contact_s: fit.layout.contact_s(&fit.point, number),
+                impact_speed_m_per_s: recording.speed.value + recording.speed_scale() * speed,
                 effective_mass_kg: recording.mass.value * mass.map_or(1.0, |place| fit.point.globals[place].exp()),
             }
         })
@@ -150,11 +150,6 @@ pub fn evaluate(model: &Model, loaded: &Loaded) -> Result<Evaluation, DiagnosisE
         moved,
         notes: notes.iter().map(ToString::to_string).collect(),
     })
-}
-
-fn local(fit: &Fit, recording: usize, wanted: Role) -> Option<f64> {
-    let place = fit.layout.locals.iter().position(|coordinate| coordinate.role == wanted)?;
-    Some(fit.point.locals[recording][place])
 }
 
 /// The model's mechanisms; one that acts in a configuration that this campaign has not is left out.

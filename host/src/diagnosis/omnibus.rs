@@ -7,7 +7,6 @@
 use nalgebra::DVector;
 
 use super::fit::{Fit, Tangent, whiten};
-use super::layout::Role;
 use super::problem::Problem;
 
 /// Sines over the contact time.
@@ -79,12 +78,9 @@ pub fn omnibus(problem: &Problem, fit: &Fit, tangent: &Tangent) -> Omnibus {
 }
 
 /// Begin and end of the contact that the fit has, s in the recording's time.
-#[must_use]
-pub fn contact_of(problem: &Problem, fit: &Fit, recording: usize) -> (f64, f64) {
-    let prepared = &problem.recordings[recording];
-    let place = fit.layout.locals.iter().position(|coordinate| coordinate.role == Role::Contact);
-    let from_s = place.map_or(prepared.contact_guess_s, |place| fit.point.locals[recording][place]);
-    (from_s, from_s + prepared.contact_time_s)
+fn contact_of(problem: &Problem, fit: &Fit, recording: usize) -> (f64, f64) {
+    let from_s = fit.layout.contact_s(&fit.point, recording);
+    (from_s, from_s + problem.recordings[recording].contact_time_s)
 }
 
 fn forms(problem: &Problem, fit: &Fit) -> Vec<Vec<Vec<f64>>> {

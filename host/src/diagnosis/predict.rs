@@ -17,8 +17,7 @@ pub const ACCURACY: Accuracy = Accuracy { relative: 1e-7, force_n: 1e-5 };
 /// A combination of values that cannot be simulated.
 pub fn strike(problem: &Problem, layout: &Layout, point: &Point, recording: usize) -> Result<Impact, RigError> {
     let prepared = &problem.recordings[recording];
-    let contact = layout.locals.iter().position(|coordinate| coordinate.role == Role::Contact);
-    let contact_s = contact.map_or(prepared.contact_guess_s, |place| point.locals[recording][place]);
+    let contact_s = layout.contact_s(point, recording);
     // A shifted instant of contact is read from the same motion: it must be long enough.
     let until_s = prepared.times_s[prepared.times_s.len() - 1] - contact_s + 1e-3;
     strike_until(problem, layout, point, recording, until_s)
@@ -71,14 +70,7 @@ pub fn read(
     shift_s: f64,
 ) -> Vec<f64> {
     let prepared = &problem.recordings[recording];
-    let local = |wanted: Role| {
-        layout
-            .locals
-            .iter()
-            .position(|coordinate| coordinate.role == wanted)
-            .map(|place| point.locals[recording][place])
-    };
-    let contact_s = local(Role::Contact).unwrap_or(prepared.contact_guess_s) + shift_s;
+    let contact_s = layout.contact_s(point, recording) + shift_s;
     let since_s: Vec<f64> = prepared.times_s.iter().map(|time| time - contact_s).collect();
     let mut values = Vec::with_capacity(prepared.rows());
     for (number, channel) in problem.channels.iter().enumerate() {
@@ -90,7 +82,7 @@ pub fn read(
             impact.apply_chain(&since_s, series);
         }
         mean_over_block(series, &since_s, prepared.mean_of_s2);
-        let offset = local(Role::Offset(number)).unwrap_or(0.0);
+        let offset = layout.local(point, recording, Role::Offset(number)).unwrap_or(0.0);
         for value in series {
             *value = channel.sign * *value + offset;
         }
@@ -102,11 +94,7 @@ pub fn read(
 #[must_use]
 pub fn raw(problem: &Problem, layout: &Layout, point: &Point, recording: usize) -> Option<Vec<f64>> {
     let prepared = &problem.recordings[recording];
-    let local = |wanted: Role| {
-        let place = layout.locals.iter().position(|coordinate| coordinate.role == wanted)?;
-        Some(point.locals[recording][place])
-    };
-    let contact_s = local(Role::Contact).unwrap_or(prepared.contact_guess_s);
+    let contact_s = layout.contact_s(point, recording);
     let since_s: Vec<f64> = prepared.raw.times_s.iter().map(|time| time - contact_s).collect();
     let impact = strike_until(problem, layout, point, recording, since_s[since_s.len() - 1]).ok()?;
     let channel = &problem.channels[0];
@@ -115,7 +103,7 @@ pub fn raw(problem: &Problem, layout: &Layout, point: &Point, recording: usize) 
     if channel.quantity == thud_sim::rig::Quantity::CellForce {
         impact.apply_chain(&since_s, &mut values);
     }
-    let offset = local(Role::Offset(0)).unwrap_or(0.0);
+    let offset = layout.local(point, recording, Role::Offset(0)).unwrap_or(0.0);
     for value in &mut values {
         *value = channel.sign * *value + offset;
     }
