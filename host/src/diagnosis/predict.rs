@@ -1,11 +1,10 @@
 //! What the simulation says a recording should show, for given coordinates.
 
 use thud_sim::mechanism::Effect;
-use thud_sim::rig::{Accuracy, Approach, Impact, Rig, RigError};
+use thud_sim::rig::{Accuracy, Approach, Impact, Quantity, Rig, RigError};
 
 use super::layout::{Coordinate, Layout, Point, Role};
-use super::problem::Problem;
-use crate::campaign::RigKind;
+use super::problem::{ChannelModel, Problem};
 use crate::model;
 
 /// As exact as the thinnest noise needs: a finite difference of 10⁻³ sees errors of 10⁻⁴ of the effect.
@@ -77,15 +76,9 @@ pub fn read(
         let from = values.len();
         values.resize(from + since_s.len(), 0.0);
         let series = &mut values[from..];
-        impact.sample_into(channel.quantity, &since_s, series);
-        if problem.rig.kind != RigKind::Fall && channel.quantity == thud_sim::rig::Quantity::CellForce {
-            impact.apply_chain(&since_s, series);
-        }
+        felt(channel, impact, &since_s, series);
         mean_over_block(series, &since_s, prepared.mean_of_s2);
-        let offset = layout.local(point, recording, Role::Offset(number)).unwrap_or(0.0);
-        for value in series {
-            *value = channel.sign * *value + offset;
-        }
+        told(channel, layout.local(point, recording, Role::Offset(number)), series);
     }
     values
 }
@@ -99,15 +92,25 @@ pub fn raw(problem: &Problem, layout: &Layout, point: &Point, recording: usize) 
     let impact = strike_until(problem, layout, point, recording, since_s[since_s.len() - 1]).ok()?;
     let channel = &problem.channels[0];
     let mut values = vec![0.0; since_s.len()];
-    impact.sample_into(channel.quantity, &since_s, &mut values);
-    if channel.quantity == thud_sim::rig::Quantity::CellForce {
-        impact.apply_chain(&since_s, &mut values);
+    felt(channel, &impact, &since_s, &mut values);
+    told(channel, layout.local(point, recording, Role::Offset(0)), &mut values);
+    Some(values)
+}
+
+/// What reaches a channel's readout at instants after contact; a force by way of the measuring chain.
+fn felt(channel: &ChannelModel, impact: &Impact, since_s: &[f64], series: &mut [f64]) {
+    impact.sample_into(channel.quantity, since_s, series);
+    if channel.quantity == Quantity::CellForce {
+        impact.apply_chain(since_s, series);
     }
-    let offset = layout.local(point, recording, Role::Offset(0)).unwrap_or(0.0);
-    for value in &mut values {
+}
+
+/// What the readout makes of it: its sign, its offset.
+fn told(channel: &ChannelModel, offset: Option<f64>, series: &mut [f64]) {
+    let offset = offset.unwrap_or(0.0);
+    for value in series {
         *value = channel.sign * *value + offset;
     }
-    Some(values)
 }
 
 /// What a mean over a block of samples reads where the curve is bent: its second difference says how much.
