@@ -6,6 +6,7 @@
 
 use nalgebra::DVector;
 
+use super::conditions::weights;
 use super::fit::{Fit, Tangent, whiten};
 use super::problem::Problem;
 
@@ -84,11 +85,8 @@ fn contact_of(problem: &Problem, fit: &Fit, recording: usize) -> (f64, f64) {
 }
 
 fn forms(problem: &Problem, fit: &Fit) -> Vec<Vec<Vec<f64>>> {
-    let speeds: Vec<f64> = centred(problem.recordings.iter().map(|recording| recording.speed.value).collect());
-    let masses: Vec<f64> = centred(problem.recordings.iter().map(|recording| recording.mass.value.ln()).collect());
-    let ones = vec![1.0; speeds.len()];
     let mut all = Vec::new();
-    for weights in [&ones, &speeds, &masses] {
+    for weights in &weights(problem) {
         if weights.iter().all(|weight| *weight == 0.0) {
             continue;
         }
@@ -132,14 +130,4 @@ fn form(problem: &Problem, fit: &Fit, weights: &[f64], shape: impl Fn(f64, f64) 
             values
         })
         .collect()
-}
-
-fn centred(values: Vec<f64>) -> Vec<f64> {
-    let mean = values.iter().sum::<f64>() / values.len() as f64;
-    let spread = (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt();
-    if spread <= 1e-9 * mean.abs() {
-        vec![0.0; values.len()]
-    } else {
-        values.iter().map(|value| (value - mean) / spread).collect()
-    }
 }
