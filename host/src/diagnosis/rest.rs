@@ -30,8 +30,6 @@ pub struct Map {
     pub held_out_square: (f64, f64),
     /// A formula in stroke and speed, where one fits.
     pub form: String,
-    /// Conditions that the rest goes with, by the contract's words.
-    pub depends_on: Vec<&'static str>,
 }
 
 struct Form {
@@ -77,7 +75,6 @@ pub fn map(problem: &Problem, fit: &Fit, tangent: &Tangent) -> Option<Map> {
         added: all.iter().map(|number| sum_of(&forms, &coefficients, *number, false)).collect(),
         held_out_square: (without, with.min(without)),
         form: formula(problem, fit, tangent, &forms),
-        depends_on: Vec::new(),
     })
 }
 
