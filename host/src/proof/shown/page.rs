@@ -93,17 +93,17 @@ pub fn page(outcome: &Outcome) -> String {
 fn origin(outcome: &Outcome) -> Markup {
     html! {
         dl {
-            dt { "seed" } dd { (outcome.seed) ", " (outcome.composition) }
+            dt { "seed" } dd { (outcome.origin.seed) ", " (outcome.origin.composition) }
             dt { "answers" }
             dd {
-                @if outcome.sealed { "sealed while the campaigns were diagnosed" } @else { "open: from an earlier run, so this is work on the diagnosis and no proof" }
-                "; SHA-256 " code { (outcome.answers_sha256) }
+                @if outcome.origin.sealed { "sealed while the campaigns were diagnosed" } @else { "open: from an earlier run, so this is work on the diagnosis and no proof" }
+                "; SHA-256 " code { (outcome.origin.answers_sha256) }
             }
-            dt { "program" } dd { "SHA-256 " code { (outcome.program_sha256) } }
+            dt { "program" } dd { "SHA-256 " code { (outcome.origin.program_sha256) } }
             dt { "time for a campaign" }
             dd {
                 "median " (plain(outcome.scores.seconds.value, 2)) " s, longest " (format!("{:.1}", outcome.scores.longest_s)) " s, all together " (format!("{:.1}", outcome.scores.all_s / 60.0)) " min of a
-                 processor; one thread each, " (outcome.jobs) " side by side"
+                 processor; one thread each, " (outcome.origin.jobs) " side by side"
             }
             dt { "rmse, held out" }
             dd {
@@ -257,7 +257,7 @@ fn cases(cases: &[Judged]) -> Markup {
                             td.number { (format!("{:.1}", case.d)) }
                             td.number { (format!("{:.4}", case.stated_r_squared)) }
                             td { (case.verdict) @if let Some(why) = &case.failure { ": " (why) } }
-                            td { (said(case)) }
+                            td { (case.names().join(" + ")) }
                             td.number { (plain(case.over_noise, 3)) }
                             td.number { (plain(case.over_true, 3)) }
                             td.number { (format!("{:.1}", case.seconds)) }
@@ -267,16 +267,6 @@ fn cases(cases: &[Judged]) -> Markup {
             }
         }
     }
-}
-
-fn said(case: &Judged) -> String {
-    let each: Vec<String> = case
-        .named
-        .iter()
-        .zip(&case.indistinguishable_from)
-        .map(|(id, others)| if others.is_empty() { id.clone() } else { format!("{id} ({})", others.join(", ")) })
-        .collect();
-    each.join(" + ")
 }
 
 fn definitions() -> Markup {
