@@ -6,15 +6,12 @@ use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
+use multicast::group;
 use serde_json::Value;
 
-const THUD: &str = env!("CARGO_BIN_EXE_thud");
+mod multicast;
 
-/// A multicast group of this process's own: the same tests may run in another folder at the same time.
-fn group() -> String {
-    let [_, _, high, low] = std::process::id().to_be_bytes();
-    format!("239.75.{high}.{low}")
-}
+const THUD: &str = env!("CARGO_BIN_EXE_thud");
 
 /// A bus that nobody else uses.
 struct Lab {
