@@ -36,8 +36,9 @@ const WORTH: f64 = 0.005;
 const DEVIATIONS_95: f64 = 1.959_964;
 /// Parts of a turn at which a fit is started where each impact has its own phase.
 const PHASES: usize = 4;
-/// Parts of the contact at which one is started where each impact has its own instant: from much further off, a fit does not find it.
-const INSTANTS: usize = 16;
+/// Parts of the contact at which one is started where each impact has its own instant, as many as the search for it tries: a fit finds
+/// an instant from a few samples off, not from further.
+const INSTANTS: usize = 40;
 
 /// What the evaluation says.
 #[derive(Clone, Debug, PartialEq, Serialize)]
