@@ -76,7 +76,9 @@ fn exchange(group: &str, written: &str, port: u16) {
     let mut bus = match address.open() {
         Ok(bus) => bus,
         Err(error) => {
-            assert!(group.contains(':'), "IPv4 multicast must work: {error}");
+            // `cargo xtask vcan` brings a kernel with both along.
+            let wanted = std::env::var_os("THUD_VCAN").is_some();
+            assert!(group.contains(':') && !wanted, "multicast must work: {error}");
             println!("skipped, no IPv6 multicast here: {error}");
             return;
         }
