@@ -156,7 +156,7 @@ fn a_rig_that_hides_nothing_is_consistent_in_a_screenful() {
 
 /// Where samples were lost is each recording's own: the model's instant is not theirs.
 #[test]
-fn a_model_with_an_instant_of_each_impact_holds_wherever_the_instants_are() {
+fn a_model_with_an_instant_of_each_impact_finds_it_in_each_recording() {
     let folder = TempDir::new().unwrap();
     std::fs::write(
         folder.path().join("lossy.toml"),
@@ -174,7 +174,8 @@ fn a_model_with_an_instant_of_each_impact_holds_wherever_the_instants_are() {
     for at_s in ["0.02", "0.03"] {
         let lost = format!("lost-samples:lost_s=0.004,at_s={at_s}");
         let evaluation = evaluated(&["--mechanism", &lost], &folder);
-        assert_eq!(evaluation["verdict"], "holds", "lost at {at_s} s: {evaluation}");
+        // From the model's own instant alone a fit leaves twice the noise.
+        assert!(number(&evaluation, "noise_ratio") < 1.1, "lost at {at_s} s: {evaluation}");
     }
     // Where nothing was lost, nothing has to be.
     let evaluation = evaluated(&[], &folder);
