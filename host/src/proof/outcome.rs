@@ -16,6 +16,22 @@ pub const FORMAT: &str = "thud-proof/1";
 pub struct Outcome {
     /// [`FORMAT`].
     pub format: &'static str,
+    /// Where it came from.
+    #[serde(flatten)]
+    pub origin: Origin,
+    /// What is to be reached, and what was.
+    pub targets: Vec<Target>,
+    /// All scores.
+    pub scores: Scores,
+    /// Telling ones.
+    pub stories: Vec<Story>,
+    /// Each case.
+    pub cases: Vec<Judged>,
+}
+
+/// Where a run came from.
+#[derive(Clone, Debug, Serialize)]
+pub struct Origin {
     /// The seed; the same one draws the same cases again.
     pub seed: u64,
     /// Which cases, in words.
@@ -28,31 +44,6 @@ pub struct Outcome {
     pub program_sha256: String,
     /// Processes side by side.
     pub jobs: usize,
-    /// What is to be reached, and what was.
-    pub targets: Vec<Target>,
-    /// All scores.
-    pub scores: Scores,
-    /// Telling ones.
-    pub stories: Vec<Story>,
-    /// Each case.
-    pub cases: Vec<Judged>,
-}
-
-/// Where a run came from.
-#[derive(Clone, Debug)]
-pub struct Origin {
-    /// The seed.
-    pub seed: u64,
-    /// Which cases, in words.
-    pub composition: String,
-    /// Whether the answers were under seal.
-    pub sealed: bool,
-    /// SHA-256 of the plain answers.
-    pub answers_sha256: String,
-    /// SHA-256 of the program.
-    pub program_sha256: String,
-    /// Processes side by side.
-    pub jobs: usize,
 }
 
 impl Outcome {
@@ -62,18 +53,6 @@ impl Outcome {
         let stories = choose(&cases);
         let cases: Vec<Judged> = cases.into_iter().map(|(_, judged)| judged).collect();
         let scores = Scores::of(&cases);
-        Self {
-            format: FORMAT,
-            seed: origin.seed,
-            composition: origin.composition,
-            sealed: origin.sealed,
-            answers_sha256: origin.answers_sha256,
-            program_sha256: origin.program_sha256,
-            jobs: origin.jobs,
-            targets: targets(&cases, &scores),
-            scores,
-            stories,
-            cases,
-        }
+        Self { format: FORMAT, origin, targets: targets(&cases, &scores), scores, stories, cases }
     }
 }
