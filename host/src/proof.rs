@@ -17,6 +17,7 @@ pub mod hidden;
 pub mod interval;
 pub mod judged;
 pub mod outcome;
+pub mod peers;
 pub mod prober;
 pub mod said;
 pub mod score;

@@ -25,7 +25,7 @@ const MODULES: [&str; 4] =
 /// # Errors
 /// When they fail, or what is missing when nothing may be left out (`CI=true`).
 pub fn run() -> Result<(), String> {
-    let python = python::environment()?;
+    let python = python::of_tests()?;
     if Path::new("/sys/class/net/vcan0").exists() {
         let mut tests = step::cargo(&["test", "--quiet", "--package", "thud", "--test", "socket_can"]);
         return step::run("virtual CAN", tests.env("THUD_PYTHON", python).env("THUD_VCAN", "1"));

@@ -11,6 +11,7 @@ use crate::proof::conceal::{self, Composition};
 use crate::proof::folder::{Done, Folder, Run};
 use crate::proof::judged::{Ended, judge};
 use crate::proof::outcome::{Origin, Outcome};
+use crate::proof::peers::compared::compared;
 use crate::proof::prober::{self, Prober};
 use crate::proof::seal::{self, Seal, sha256};
 use crate::proof::{hidden, said, shown};
@@ -129,6 +130,9 @@ impl Prove {
         if let Some(folder) = &self.stories {
             tell(&outcome, &prober, &drawn, folder)?;
         }
+        if !outcome.peers.is_empty() {
+            drawn.folder.write(&drawn.folder.peers().join("table.md"), shown::peers::markdown(&outcome.peers).as_bytes())?;
+        }
         self.json.write(&outcome)?;
         if !self.json.owns_stdout() {
             crate::standard_output::say(format_args!("\n{}", shown::terminal::screenful(&outcome)));
@@ -239,9 +243,9 @@ fn opened(
     if drawn.seal.is_some() {
         folder.write(&folder.answers(), &answers)?;
     }
-    let judged = hidden::read(&answers)?
-        .cases
-        .into_iter()
+    let hidden = hidden::read(&answers)?.cases;
+    let judged = hidden
+        .iter()
         .map(|hidden| {
             let done = done.get(&hidden.case).ok_or_else(|| miette!("case {} was not diagnosed", hidden.case))?;
             let ended = match &done.failure {
@@ -254,10 +258,10 @@ fn opened(
                     }
                 }
             };
-            let judged = judge(&hidden, &ended, done.processor_s.unwrap_or(done.seconds), done.memory_mb);
-            Ok((hidden, judged))
+            Ok(judge(hidden, &ended, done.processor_s.unwrap_or(done.seconds), done.memory_mb))
         })
         .collect::<miette::Result<Vec<_>>>()?;
+    let peers = compared(&folder.peers(), &hidden, &judged)?;
     let origin = Origin {
         seed: drawn.seed,
         composition: drawn.composition.clone(),
@@ -266,7 +270,7 @@ fn opened(
         program_sha256: program.to_owned(),
         jobs,
     };
-    Ok(Outcome::of(origin, judged))
+    Ok(Outcome { peers, ..Outcome::of(origin, hidden.into_iter().zip(judged).collect()) })
 }
 
 /// Writes the pages of the telling cases.

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::hidden::Hidden;
 use super::judged::Judged;
+use super::peers::compared::Compared;
 use super::score::Scores;
 use super::story::{Story, choose};
 use super::target::{Target, targets};
@@ -34,6 +35,8 @@ pub struct Outcome {
     pub scores: Scores,
     /// Telling ones.
     pub stories: Vec<Story>,
+    /// The diagnosis beside other people's methods on the same cases; nothing where those have not been run.
+    pub peers: Vec<Compared>,
     /// Each case.
     pub cases: Vec<Judged>,
 }
@@ -73,6 +76,7 @@ impl Outcome {
             targets: targets(&cases, &scores),
             scores,
             stories,
+            peers: Vec::new(),
             cases,
         }
     }

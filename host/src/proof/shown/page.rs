@@ -65,6 +65,10 @@ pub fn page(outcome: &Outcome) -> String {
                          them within half a per cent of the true model on recordings held out: there, nothing in the data calls for “unexplained”."
                     }
                 }
+                @if !outcome.peers.is_empty() {
+                    h2 { "Other methods on the same cases" }
+                    (super::peers::table(&outcome.peers))
+                }
                 h2 { "Who was taken for whom" }
                 figure.matrix {
                     (PreEscaped(figure::confusion(&scores.confusion)))
