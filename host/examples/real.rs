@@ -10,12 +10,16 @@ use miette::{IntoDiagnostic as _, WrapErr as _, miette};
 use real_campaigns::{Agreement, Real, named};
 use serde_json::Value;
 use thud::diagnosis::{self, Options, answer, shown};
-use thud::report::page::STYLE;
 
 #[path = "../../tests/real_campaigns/mod.rs"]
 mod real_campaigns;
 #[path = "../../tests/shared_recordings.rs"]
 mod shared_recordings;
+
+const STYLE: &str = "
+body { font: 1rem/1.4 sans-serif; max-width: 70rem; margin: 2rem auto; padding: 0 1rem; color: #111 }
+table { border-collapse: collapse; font-size: .86rem } th, td { text-align: left; vertical-align: top; padding: .3rem .5rem; border-bottom: 1px solid #ccc }
+";
 
 /// One campaign beside its documentation.
 struct Row {
@@ -91,7 +95,7 @@ fn strength(answer: &Value) -> String {
 
 /// Rmse of the re-tuned simulation and of the final model, on the recordings and on recordings left out, over the noise.
 fn rmse(answer: &Value) -> [String; 3] {
-    let short = |value: &Value| value.as_f64().map_or_else(String::new, |value| thud::decimal::significant(value, 3));
+    let short = |value: &Value| value.as_f64().map_or_else(String::new, |value| thud::decimal::significant(value, 3).to_string());
     [short(&answer["baseline"]["noise_rms"]), short(&answer["baseline"]["held_out_rmse"]), short(&answer["model"]["held_out_rmse"])]
 }
 

@@ -1,11 +1,13 @@
 //! The friction loop of a pneumatic piston: a cylinder of 25 mm bore under regulated pressure is pushed in and pulled out eight times over
 //! 40 mm at 5 to 13 mm/s (E. Zillen, TU Delft).
 //!
-//! The recordings are too slow to be impacts. So the loop stays real and the impact is made: a mass of 4 kg on a spring of 3 kN/m runs into
-//! the recorded loop, m·ẍ = −k·x − f(s), where f is the recorded force less pressure times the bore's area and less its mean (the cell's
-//! zero is not documented), by the way s since the last turning point, as it was recorded on the way in and on the way out; the cell reads
-//! k·x + f. Each recorded cycle makes one recording, each with another speed. Baseline: mass and spring, no friction. Friction that does not
-//! depend on speed keeps its form when the loop is run through faster; what does depend on it (5 to 13 mm/s) is taken as recorded.
+//! The recordings are too slow to be impacts. So the loop stays real and the impact is made: the piston is the guide of the rig's moving piece. A
+//! mass of 4 kg runs into a spring of 3 kN/m and the recorded loop, m·ẍ = −k·x − f(s), where f is the recorded force less pressure times the
+//! bore's area and less the middle between both ways (the cell's zero is not documented), by the way s since the last turning point, as it was recorded on the way
+//! in and on the way out; the cell behind the spring reads k·x, with noise. It parts from the piece when that no longer pushes, k·x + f = 0; the
+//! piece stays there, held by its friction. Each recorded cycle makes one recording, each with another speed.
+//! Baseline: mass and spring, no friction. Friction that does not depend on speed keeps its form when the loop is run through faster; what
+//! does depend on it is taken as recorded at 5 to 13 mm/s.
 
 use super::{Belief, Campaign, Entry, Expected, Real, series};
 
@@ -17,8 +19,8 @@ const STIFFNESS_N_PER_M: f64 = 3000.0;
 const SLIDING_M: f64 = 0.003;
 const STEP_S: f64 = 2e-5;
 const RATE_HZ: f64 = 5000.0;
-/// What the cell scatters by where the piston rests, N.
-const NOISE_N: f64 = 0.05;
+/// Of the made cell, as of a rig's own.
+const NOISE_N: f64 = 0.3;
 
 const PRESSURES: [u32; 4] = [1, 3, 5, 7];
 
@@ -56,18 +58,25 @@ fn cycles(path: &std::path::Path) -> Vec<(Way, Way)> {
             extreme = place;
         }
     }
-    let mean = rest[turns[0]..turns[turns.len() - 1]].iter().sum::<f64>() / (turns[turns.len() - 1] - turns[0]) as f64;
+    // The first turn is the end of a way in; then a way out, and so on.
+    let mean = |first: usize| {
+        let ways = turns[first..].windows(2).step_by(2);
+        let (sum, count) = ways.fold((0.0, 0), |(sum, count), way| {
+            (sum + rest[way[0]..way[1]].iter().sum::<f64>(), count + way[1] - way[0])
+        });
+        sum / f64::from(u32::try_from(count).unwrap())
+    };
+    let middle = f64::midpoint(mean(0), mean(1));
     let way = |from: usize, to: usize| {
         let mut points: Vec<(f64, f64)> = Vec::new();
         for place in from..to {
             let gone = (x[place] - x[from]).abs();
             if points.last().is_none_or(|(last, _)| gone > last + 1e-6) {
-                points.push((gone, rest[place] - mean));
+                points.push((gone, rest[place] - middle));
             }
         }
         Way(points)
     };
-    // The first turn is the end of a way in; a cycle is in, then out.
     turns[1..].windows(3).step_by(2).map(|turn| (way(turn[0], turn[1]), way(turn[1], turn[2]))).collect()
 }
 
@@ -76,7 +85,7 @@ fn run(speed_m_per_s: f64, (inwards, outwards): &(Way, Way), number: usize) -> V
     let (mut x, mut v, mut turned_m) = (0.0_f64, speed_m_per_s, None);
     let every = (1.0 / (RATE_HZ * STEP_S)).round() as i64;
     let mut samples = Vec::new();
-    // Noise of the quiet before contact and after separation, the same every time; in contact it is the recording's own.
+    // Xorshift and Box–Muller: the same noise every time.
     let mut state = 88_172_645_463_325_252_u64 + number as u64;
     let mut noise = move || {
         let mut uniform = || {
@@ -89,22 +98,23 @@ fn run(speed_m_per_s: f64, (inwards, outwards): &(Way, Way), number: usize) -> V
     };
     let mut gone = false;
     for step in (-0.06 / STEP_S) as i64..(0.2 / STEP_S) as i64 {
-        let mut force = 0.0;
         if step >= 0 && !gone {
             let friction = match turned_m {
                 None => inwards.at(SLIDING_M + x),
                 Some(turned) => outwards.at(turned - x),
             };
-            force = STIFFNESS_N_PER_M * x + friction;
-            v -= force / MASS_KG * STEP_S;
-            x += v * STEP_S;
+            let contact = STIFFNESS_N_PER_M * x + friction;
+            gone = turned_m.is_some() && contact <= 0.0;
+            if !gone {
+                v -= contact / MASS_KG * STEP_S;
+                x += v * STEP_S;
+            }
             if v < 0.0 && turned_m.is_none() {
                 turned_m = Some(x);
             }
-            gone = turned_m.is_some() && force <= 0.0;
         }
         if step % every == 0 {
-            samples.push((step as f64 * STEP_S, if gone || step < 0 { noise() } else { force }));
+            samples.push((step as f64 * STEP_S, STIFFNESS_N_PER_M * x + noise()));
         }
     }
     samples
@@ -113,7 +123,7 @@ fn run(speed_m_per_s: f64, (inwards, outwards): &(Way, Way), number: usize) -> V
 pub fn all() -> Vec<Real> {
     let one = |pressure: u32| Real {
         name: format!("piston-{pressure}-bar"),
-        about: "the recorded friction loop of a piston with O-ring, in a simulated impact",
+        about: "the recorded friction loop of a piston with O-ring as a guide, in a made impact",
         documented: "friction of the seal, independent of speed (half width 4 to 8 N, growing with pressure)",
         expected: Expected::Names(&["guide-friction", "stiction"]),
         make: Box::new(move |recordings, folder| {
