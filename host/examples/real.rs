@@ -10,6 +10,7 @@ use miette::{IntoDiagnostic as _, WrapErr as _, miette};
 use real_campaigns::{Agreement, Real, named};
 use serde_json::Value;
 use thud::diagnosis::{self, Options, answer, shown};
+use thud::proof::lighter::lighter;
 
 #[path = "../../tests/real_campaigns/mod.rs"]
 mod real_campaigns;
@@ -59,7 +60,7 @@ fn diagnosed(real: &Real, recordings: &Path, out: &Path) -> miette::Result<Value
     let loaded = thud::campaign::load(&folder)?;
     let found = diagnosis::diagnose(&loaded, &Options::default(), &mut |_| ())?;
     let answer = answer::answer(&found);
-    written(&out.join(format!("{}.html", real.name)), &shown::page(&found, &answer, real.about))?;
+    written(&out.join(format!("{}.html", real.name)), &lighter(&shown::page(&found, &answer, real.about)))?;
     let value = serde_json::to_value(&answer).into_diagnostic()?;
     written(&out.join(format!("{}.json", real.name)), &serde_json::to_string_pretty(&value).into_diagnostic()?)?;
     Ok(value)
@@ -95,8 +96,14 @@ fn strength(answer: &Value) -> String {
 
 /// Rmse of the re-tuned simulation and of the final model, on the recordings and on recordings left out, over the noise.
 fn rmse(answer: &Value) -> [String; 3] {
-    let short = |value: &Value| value.as_f64().map_or_else(String::new, |value| thud::decimal::significant(value, 3).to_string());
-    [short(&answer["baseline"]["noise_rms"]), short(&answer["baseline"]["held_out_rmse"]), short(&answer["model"]["held_out_rmse"])]
+    let short = |value: &Value| {
+        value.as_f64().map_or_else(String::new, |value| thud::decimal::significant(value, 3).to_string())
+    };
+    [
+        short(&answer["baseline"]["noise_rms"]),
+        short(&answer["baseline"]["held_out_rmse"]),
+        short(&answer["model"]["held_out_rmse"]),
+    ]
 }
 
 fn markdown(rows: &[Row]) -> String {

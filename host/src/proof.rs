@@ -16,6 +16,7 @@ pub mod folder;
 pub mod hidden;
 pub mod interval;
 pub mod judged;
+pub mod lighter;
 pub mod outcome;
 pub mod peers;
 pub mod prober;

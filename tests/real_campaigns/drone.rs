@@ -7,7 +7,12 @@
 
 use super::{Belief, Campaign, Entry, Expected, Real, channel, series};
 
-fn campaign(set: &'static str, height_m: f64, mass_kg: f64, body: Belief) -> impl Fn(&std::path::Path, &std::path::Path) -> Campaign {
+fn campaign(
+    set: &'static str,
+    height_m: f64,
+    mass_kg: f64,
+    body: Belief,
+) -> impl Fn(&std::path::Path, &std::path::Path) -> Campaign {
     move |recordings, folder| {
         let entries = (1..=5)
             .map(|number| {

@@ -19,13 +19,12 @@ pub fn all() -> Vec<Real> {
                 .map(|blow| {
                     let force = channel(&recordings.join(format!("impact_hammer/blow{blow}.csv")), "force_N");
                     let file = format!("{blow:03}.csv");
-                    series(&folder.join(&file), "force_N", force.into_iter().take_while(|(time_s, _)| *time_s <= UNTIL_S));
-                    Entry {
-                        file,
-                        speed_m_per_s: Belief(0.33, 0.1),
-                        mass_kg: Belief(0.02, 0.006),
-                        configuration: None,
-                    }
+                    series(
+                        &folder.join(&file),
+                        "force_N",
+                        force.into_iter().take_while(|(time_s, _)| *time_s <= UNTIL_S),
+                    );
+                    Entry { file, speed_m_per_s: Belief(0.33, 0.1), mass_kg: Belief(0.02, 0.006), configuration: None }
                 })
                 .collect();
             Campaign {

@@ -51,7 +51,11 @@ fn cycles(path: &std::path::Path) -> Vec<(Way, Way)> {
         if further {
             extreme = place;
         }
-        let turned = if upwards { x[extreme] > high && x[place] < x[extreme] - 0.002 } else { x[extreme] < low && x[place] > x[extreme] + 0.002 };
+        let turned = if upwards {
+            x[extreme] > high && x[place] < x[extreme] - 0.002
+        } else {
+            x[extreme] < low && x[place] > x[extreme] + 0.002
+        };
         if turned {
             turns.push(extreme);
             upwards = !upwards;

@@ -10,6 +10,7 @@ use crate::json::JsonOption;
 use crate::proof::conceal::{self, Composition};
 use crate::proof::folder::{Done, Folder, Run};
 use crate::proof::judged::{Ended, judge};
+use crate::proof::lighter::lighter;
 use crate::proof::outcome::{Origin, Outcome};
 use crate::proof::peers::compared::compared;
 use crate::proof::prober::{self, Prober};
@@ -131,7 +132,9 @@ impl Prove {
             tell(&outcome, &prober, &drawn, folder)?;
         }
         if !outcome.peers.is_empty() {
-            drawn.folder.write(&drawn.folder.peers().join("table.md"), shown::peers::markdown(&outcome.peers).as_bytes())?;
+            drawn
+                .folder
+                .write(&drawn.folder.peers().join("table.md"), shown::peers::markdown(&outcome.peers).as_bytes())?;
         }
         self.json.write(&outcome)?;
         if !self.json.owns_stdout() {
@@ -281,7 +284,10 @@ fn tell(outcome: &Outcome, prober: &Prober, drawn: &Drawn, pages: &Path) -> miet
     let bar = bar("telling cases", outcome.stories.len())?;
     for story in &outcome.stories {
         let without = drawn.cases.iter().find(|(case, _)| *case == story.case).map_or(&[][..], |(_, without)| without);
-        prober.report(&drawn.folder, &story.case, without, &pages.join(format!("{}.html", story.name)))?;
+        let page = pages.join(format!("{}.html", story.name));
+        prober.report(&drawn.folder, &story.case, without, &page)?;
+        let told = String::from_utf8_lossy(&drawn.folder.read(&page)?).into_owned();
+        drawn.folder.write(&page, lighter(&told).as_bytes())?;
         bar.inc(1);
     }
     bar.finish_and_clear();

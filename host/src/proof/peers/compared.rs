@@ -1,6 +1,6 @@
 //! How peers did beside the diagnosis, on the same cases.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic as _, WrapErr as _};
 use serde::Serialize;
@@ -62,30 +62,34 @@ impl Compared {
     }
 }
 
-/// The diagnosis and all peers that have answered in `folder` (`DIR/peers`); nothing where none has. A case that a peer gives no answer to
-/// counts as wrong wherever it counts.
+/// The diagnosis and all peers that have answered in `folder` (`DIR/peers`); nothing where none has. Cases that no peer has got to, since their
+/// run was stopped, count for nobody; a case that only some have answered counts as wrong for the others.
 ///
 /// # Errors
 /// An answer that cannot be read.
 pub fn compared(folder: &Path, hidden: &[Hidden], ours: &[Judged]) -> miette::Result<Vec<Compared>> {
-    let mut rows = vec![Compared::of("thud diagnose", ours)];
-    for (name, about) in PEERS {
-        let of_peer = folder.join(name);
-        if !of_peer.is_dir() {
-            continue;
-        }
-        let judged =
-            hidden.iter().map(|case| judged(&of_peer, case)).collect::<miette::Result<Vec<Judged>>>()?;
-        rows.push(Compared::of(about, &judged));
+    let peers = || PEERS.iter().filter(|(name, _)| folder.join(name).is_dir());
+    let answered = |case: &str| peers().any(|(name, _)| file(&folder.join(name), case).is_file());
+    let got_to: Vec<&Hidden> = hidden.iter().filter(|hidden| answered(&hidden.case)).collect();
+    if got_to.is_empty() {
+        return Ok(Vec::new());
     }
-    if rows.len() == 1 {
-        rows.clear();
+    let ours: Vec<Judged> = ours.iter().filter(|judged| answered(&judged.case)).cloned().collect();
+    let mut rows = vec![Compared::of("thud diagnose", &ours)];
+    for (name, about) in peers() {
+        let of_peer = folder.join(name);
+        let judged = got_to.iter().map(|case| judged(&of_peer, case)).collect::<miette::Result<Vec<Judged>>>()?;
+        rows.push(Compared::of(about, &judged));
     }
     Ok(rows)
 }
 
+fn file(of_peer: &Path, case: &str) -> PathBuf {
+    of_peer.join(format!("{case}.json"))
+}
+
 fn judged(of_peer: &Path, hidden: &Hidden) -> miette::Result<Judged> {
-    let path = of_peer.join(format!("{}.json", hidden.case));
+    let path = file(of_peer, &hidden.case);
     let ended = if path.is_file() {
         let read = || format!("{} is no answer of a peer; remake it with `cargo xtask peers`", path.display());
         let text = std::fs::read(&path).into_diagnostic().wrap_err_with(read)?;
@@ -136,15 +140,20 @@ mod tests {
         write("a", answer("named", &["guide-friction"], 0.33));
         write("b", answer("named", &["hardening"], 0.6));
         write("c", answer("named", &["clearance"], 0.3));
+        let other = folder.path().join("pysindy");
+        std::fs::create_dir(&other).unwrap();
+        std::fs::write(other.join("d.json"), answer("named", &["stiction"], 0.3)).unwrap();
         let hidden = [
             hidden("a", "named", Some("guide-friction")),
             hidden("b", "named", Some("end-stop")),
             hidden("c", "consistent", None),
             hidden("d", "named", Some("stiction")),
+            hidden("nobody got to it", "named", Some("stiction")),
         ];
         let rows = compared(folder.path(), &hidden, &[]).unwrap();
-        assert_eq!(rows.len(), 2, "the diagnosis and the one peer that has a folder");
+        assert_eq!(rows.len(), 3, "the diagnosis and the two peers that have a folder");
         let row = &rows[1];
+        assert_eq!((rows[2].first.hits, rows[2].first.of), (1, 3));
         assert_eq!((row.first.hits, row.first.of), (1, 3));
         assert_eq!((row.false_alarm.hits, row.false_alarm.of), (1, 1));
         assert_eq!(row.wrong_and_confident.hits, 2);

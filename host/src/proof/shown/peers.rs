@@ -7,7 +7,8 @@ use super::super::peers::compared::Compared;
 use crate::table::{Side, Table};
 
 /// Headings of the shares, and of the medians.
-const SHARES: [&str; 6] = ["named first", "exact", "false alarms", "“unexplained”", "wrong and confident", "right verdict"];
+const SHARES: [&str; 6] =
+    ["named first", "exact", "false alarms", "“unexplained”", "wrong and confident", "right verdict"];
 const MEDIANS: [&str; 2] = ["held out ÷ noise", "÷ true model"];
 
 fn shares(row: &Compared) -> [Share; 6] {
@@ -22,7 +23,14 @@ fn percent(share: Share) -> String {
     share.share.map_or_else(
         || "-".to_owned(),
         |value| {
-            format!("{:.0} % ({:.0} to {:.0}; {}/{})", 100.0 * value, 100.0 * share.low, 100.0 * share.high, share.hits, share.of)
+            format!(
+                "{:.0} % ({:.0} to {:.0}; {}/{})",
+                100.0 * value,
+                100.0 * share.low,
+                100.0 * share.high,
+                share.hits,
+                share.of
+            )
         },
     )
 }
