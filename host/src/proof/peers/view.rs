@@ -113,23 +113,19 @@ pub fn view(folder: &Path, without: &[String]) -> miette::Result<View> {
         .map(|number| seen(&problem, &baseline, *number, parts[*number], &left_out.model[*number]))
         .collect::<Option<Vec<_>>>()
         .ok_or_else(impossible)?;
-    let rig = model::simulated(&problem.rig);
-    let series = |fit: &Fit| {
-        let mut rig = rig.clone();
-        for (coordinate, value) in fit.layout.globals.iter().zip(&fit.point.globals) {
-            match coordinate.role {
-                Role::Body => rig.body_stiffness_n_per_m *= value.exp(),
-                Role::Pad => rig.pad_stiffness_n_per_m = rig.pad_stiffness_n_per_m.map(|pad| pad * value.exp()),
-                _ => {}
-            }
+    let mut rig = model::simulated(&problem.rig);
+    for (coordinate, value) in baseline.layout.globals.iter().zip(&baseline.point.globals) {
+        match coordinate.role {
+            Role::Body => rig.body_stiffness_n_per_m *= value.exp(),
+            Role::Pad => rig.pad_stiffness_n_per_m = rig.pad_stiffness_n_per_m.map(|pad| pad * value.exp()),
+            _ => {}
         }
-        rig.effective_stiffness_n_per_m()
-    };
+    }
     Ok(View {
         kind: format!("{:?}", problem.rig.kind).to_lowercase(),
         noise_rms: problem.noise_rms(),
         baseline_held_out_rmse: left_out.overall(&problem),
-        stiffness_N_per_m: if problem.has_springs() { series(&baseline) } else { 0.0 },
+        stiffness_N_per_m: if problem.has_springs() { rig.effective_stiffness_n_per_m() } else { 0.0 },
         gravity_m_per_s2: problem.rig.gravity_along_impact_m_per_s2,
         recordings,
         lowest_bic_held_out_rmse: held_out(&problem, &baseline, lowest).overall(&problem),
