@@ -41,7 +41,7 @@ fn main() -> miette::Result<()> {
         if wanted.is_empty() || wanted.contains(&real.name) {
             let answer = diagnosed(&real, &recordings, &out)?;
             let agreement = real.expected.agrees(&answer);
-            println!("{:28} {:9} {}", real.name, agreement.word(), said(&answer));
+            println!("{:28} {:9} {}", real.name, word(agreement), said(&answer));
             rows.push(Row { real, answer, agreement });
         }
     }
@@ -66,7 +66,17 @@ fn diagnosed(real: &Real, recordings: &Path, out: &Path) -> miette::Result<Value
     Ok(value)
 }
 
-/// Verdict, names and main parameters.
+/// Whether it agrees, in a word.
+fn word(agreement: Agreement) -> &'static str {
+    match agreement {
+        Agreement::Yes => "yes",
+        Agreement::InPart => "in part",
+        Agreement::No => "no",
+        Agreement::Open => "open",
+    }
+}
+
+/// Verdict and names.
 fn said(answer: &Value) -> String {
     let verdict = answer["verdict"].as_str().unwrap_or_default();
     let names: Vec<String> = named(answer)
@@ -116,7 +126,7 @@ fn markdown(rows: &[Row]) -> String {
             real.documented,
             said(answer),
             strength(answer),
-            agreement.word()
+            word(*agreement)
         ));
     }
     text
@@ -154,7 +164,7 @@ fn page(rows: &[Row]) -> Markup {
                                 td { (said(answer)) }
                                 td { (strength(answer)) }
                                 @for one in rmse(answer) { td { (one) } }
-                                td { (agreement.word()) }
+                                td { (word(*agreement)) }
                             }
                         }
                     }

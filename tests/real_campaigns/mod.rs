@@ -22,6 +22,9 @@ mod hammer;
 mod piston;
 mod robot;
 
+/// Writes the recordings of a campaign into a folder (the second) from the folder of all recordings, and gives its stated side.
+pub type Make = Box<dyn Fn(&Path, &Path) -> Campaign>;
+
 /// A campaign of real recordings.
 pub struct Real {
     /// Its folder's name.
@@ -32,8 +35,8 @@ pub struct Real {
     pub documented: &'static str,
     /// What the diagnosis should say if that is so.
     pub expected: Expected,
-    /// Writes the campaign into a folder, from the folder of all recordings.
-    pub make: Box<dyn Fn(&Path, &Path) -> Campaign>,
+    /// Makes it.
+    pub make: Make,
 }
 
 /// What the diagnosis should say.
@@ -58,18 +61,6 @@ pub enum Agreement {
     No,
     /// There is nothing to agree with.
     Open,
-}
-
-impl Agreement {
-    /// In a word.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Yes => "yes",
-            Self::InPart => "in part",
-            Self::No => "no",
-            Self::Open => "open",
-        }
-    }
 }
 
 impl Expected {
