@@ -61,7 +61,11 @@ fn first_picture(page: &str) -> Option<String> {
     let svg = &page[begin..end];
     let head = svg.find('>')?;
     let namespace = if svg[..head].contains("xmlns=") { "" } else { " xmlns=\"http://www.w3.org/2000/svg\"" };
-    Some(format!("{}{namespace}><rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>{}\n", &svg[..head], &svg[head + 1..]))
+    Some(format!(
+        "{}{namespace}><rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>{}\n",
+        &svg[..head],
+        &svg[head + 1..]
+    ))
 }
 
 #[cfg(test)]
