@@ -7,7 +7,7 @@ use crate::{emulator, flashing, python, qemu, size, step, target, vcan};
 /// # Errors
 /// The first step that fails.
 pub fn run() -> Result<(), String> {
-    let python = python::environment()?;
+    let python = python::of_tests()?;
     step::run("format", &mut step::cargo(&["fmt", "--all", "--check"]))?;
     step::run(
         "lints",

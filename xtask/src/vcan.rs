@@ -74,7 +74,7 @@ fn missing() -> Result<Option<String>, String> {
 }
 
 fn tests() -> Result<(), String> {
-    let python = python::environment()?;
+    let python = python::of_tests()?;
     if Path::new("/sys/class/net/vcan0").exists() {
         let mut tests = step::cargo(&["test", "--quiet", "--package", "thud", "--test", "socket_can"]);
         return step::run("virtual CAN", tests.env("THUD_PYTHON", python).env("THUD_VCAN", "1"));
