@@ -19,6 +19,7 @@
 //! Nothing is judged by a forecast: it comes before the event, which is measured.
 
 use crate::board::AdcCode;
+use crate::event::Onset;
 use crate::units::{Hertz, Kilogram, Newton, NewtonPerMetre, Second};
 
 mod table;
@@ -121,8 +122,7 @@ impl Rise {
     pub fn inputs(&self, known: &Known) -> Option<([i16; INPUTS], f32)> {
         let (expected, argument) = self.half_sine(known)?;
         let last = self.force[3];
-        let values =
-            [argument, self.force[1] / last, self.force[2] / last, last, known.mass.0, known.stiffness.0];
+        let values = [argument, self.force[1] / last, self.force[2] / last, last, known.mass.0, known.stiffness.0];
         let mut steps = [0; INPUTS];
         for ((step, value), scale) in steps.iter_mut().zip(values).zip(STEPS) {
             // Saturates.
@@ -174,8 +174,8 @@ pub fn class(force: f32) -> usize {
 /// Gathers the rise from the blocks after an onset.
 #[derive(Clone, Copy, Debug)]
 pub struct Watch {
+    impact: u32,
     noticed_at: u64,
-    /// Newton of a code, N; code of the true zero.
     newton_per_code: f32,
     zero: f32,
     sample_rate: f32,
@@ -184,10 +184,23 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// From an onset on: at this sample, on this zero (in codes).
+    /// From an onset on; `zero` in codes.
     #[must_use]
-    pub fn new(noticed_at: u64, sample_rate: Hertz, newton_per_code: f32, zero: f32) -> Self {
-        Self { noticed_at, newton_per_code, zero, sample_rate: sample_rate.0, next: 0, rise: Rise::default() }
+    pub fn new(onset: &Onset, sample_rate: Hertz, newton_per_code: f32, zero: f32) -> Self {
+        let Onset { impact, noticed_at, .. } = *onset;
+        Self { impact, noticed_at, newton_per_code, zero, sample_rate: sample_rate.0, next: 0, rise: Rise::default() }
+    }
+
+    /// Number of the impact.
+    #[must_use]
+    pub fn impact(&self) -> u32 {
+        self.impact
+    }
+
+    /// The onset's sample.
+    #[must_use]
+    pub fn noticed_at(&self) -> u64 {
+        self.noticed_at
     }
 
     /// Takes a block; the rise, when this one completes it.

@@ -11,6 +11,7 @@ import sys
 import numpy as np
 from sklearn.ensemble import GradientBoostingRegressor
 from sklearn.linear_model import LinearRegression
+from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 from sklearn.svm import SVR
 from sklearn.tree import DecisionTreeRegressor
@@ -37,7 +38,8 @@ class Standardised:
 
 def learner(name, settings):
     if name == "linear":
-        return LinearRegression()
+        # Its least squares drop what is small: a stroke of millimetres beside a stiffness of 100,000 N/m.
+        return make_pipeline(StandardScaler(), LinearRegression())
     if name == "svr":
         return Standardised(settings)
     if name == "tree":

@@ -52,7 +52,8 @@ fn a_tree_is_walked_by_its_thresholds() {
 
 #[test]
 fn the_rise_is_gathered_from_the_blocks_that_end_at_its_instants() {
-    let mut watch = Watch::new(1_003, Hertz(20_000.0), 0.5, 2_000.0);
+    let onset = Onset { impact: 1, noticed_at: 1_003, threshold: Newton(2.0), force: Newton(3.0) };
+    let mut watch = Watch::new(&onset, Hertz(20_000.0), 0.5, 2_000.0);
     let rises: Vec<Rise> = (0..40_u64)
         .filter_map(|block| {
             // The code rises by two in every sample.

@@ -17,7 +17,7 @@ use crate::predict::predictor::{Predictor, train};
 use crate::predict::score::{Score, score};
 use crate::predict::shown::{Tested, page, table};
 use crate::predict::task::{CASES, Task};
-use crate::predict::trial::{folds, trials};
+use crate::predict::trial::{Whole, folds, trials};
 use crate::predict::{beside, paper};
 use crate::settings::names;
 use crate::simulation::simulate;
@@ -79,10 +79,13 @@ struct Test {
     #[arg(value_name = "CAMPAIGN", required = true)]
     campaigns: Vec<PathBuf>,
     /// A trained forecast, instead of folds
-    #[arg(long, value_name = "FILE.json", conflicts_with_all = ["report", "scikit_learn", "folds"])]
+    #[arg(long, value_name = "FILE.json", conflicts_with_all = ["report", "scikit_learn", "folds", "whole"])]
     model: Option<PathBuf>,
     #[command(flatten)]
     folding: Folding,
+    /// What stays together: an impact, or a whole campaign (forecasts for a rig that nothing was learned from)
+    #[arg(long, value_name = "WHAT", default_value = Whole::Impact.name(), value_parser = names(&Whole::ALL, Whole::name))]
+    whole: String,
     /// Also run scikit-learn's learners on the same rows and folds, by this Python, which has it
     #[arg(long, value_name = "PYTHON")]
     scikit_learn: Option<PathBuf>,
@@ -223,6 +226,7 @@ struct Results {
     format: &'static str,
     impacts: usize,
     folds: usize,
+    whole: &'static str,
     seed: u64,
     peak_sd_N: f64,
     forecasts: Vec<Line>,
@@ -251,7 +255,8 @@ impl Test {
         }
         let steps = Steps::new()?;
         let dataset = read_all(&self.campaigns, &steps)?;
-        let fold_of = folds(dataset.impacts.len(), self.folding.folds, self.folding.seed)?;
+        let whole = Whole::ALL.into_iter().find(|whole| whole.name() == self.whole).unwrap_or_default();
+        let fold_of = folds(&dataset, whole, self.folding.folds, self.folding.seed)?;
         let mut trials = trials(&dataset, &CASES, &fold_of, |case| {
             steps.next(&format!("{} from {} by {}", case.task.name(), case.from(), case.by()));
         })?;
@@ -264,6 +269,7 @@ impl Test {
             dataset,
             trials,
             folds: self.folding.folds,
+            whole,
             seed: self.folding.seed,
             from: self.campaigns.iter().map(|path| path.display().to_string()).collect(),
         };
@@ -343,6 +349,7 @@ fn results(tested: &Tested) -> Results {
         format: "thud-predict-test/1",
         impacts: tested.dataset.impacts.len(),
         folds: tested.folds,
+        whole: tested.whole.name(),
         seed: tested.seed,
         peak_sd_N: tested.peak_sd_n(),
         forecasts: tested
@@ -367,9 +374,10 @@ fn results(tested: &Tested) -> Results {
 fn say(tested: &Tested) {
     let (low, high) = tested.peaks_n();
     crate::say!(
-        "  {} impacts in {} folds of whole impacts; peaks {low:.0} to {high:.0} N, standard deviation {:.0} N\n",
+        "  {} impacts in {} folds of whole {}s; peaks {low:.0} to {high:.0} N, standard deviation {:.0} N\n",
         tested.dataset.impacts.len(),
         tested.folds,
+        tested.whole.name(),
         tested.peak_sd_n()
     );
     crate::standard_output::say(format_args!("{}", table(tested)));
@@ -406,12 +414,12 @@ fn notes(notes: &[String]) {
 impl Train {
     fn run(self) -> miette::Result<()> {
         let task = Task::ALL.into_iter().find(|task| task.name() == self.task).unwrap_or(Task::Peak);
-        let learner = Learner::ALL.into_iter().find(|learner| learner.name() == self.learner).unwrap_or(Learner::Boosted);
+        let learner =
+            Learner::ALL.into_iter().find(|learner| learner.name() == self.learner).unwrap_or(Learner::Boosted);
         let steps = Steps::new()?;
         let dataset = read_all(&self.campaigns, &steps)?;
         steps.next("learning");
-        let predictor =
-            train(&dataset, task, learner, !self.without_physics, self.folding.folds, self.folding.seed)?;
+        let predictor = train(&dataset, task, learner, !self.without_physics, (self.folding.folds, self.folding.seed))?;
         steps.finish();
         write(&self.out, &(serde_json::to_string_pretty(&predictor).into_diagnostic()? + "\n"))?;
         self.json.write(&predictor)?;
@@ -448,7 +456,14 @@ impl Export {
         let predictor = Predictor::read(&self.predictor)?;
         let constants = Constants::new(&predictor)?;
         let about = [
-            format!("{} trees, trained on {} impacts. On {} folds of them: R² {:.3}, RMSE {:.1} N; the bounds", constants.trees.len(), predictor.impacts, predictor.folds, predictor.r_squared, predictor.rmse_N),
+            format!(
+                "{} trees, trained on {} impacts. On {} folds of them: R² {:.3}, RMSE {:.1} N; the bounds",
+                constants.trees.len(),
+                predictor.impacts,
+                predictor.folds,
+                predictor.r_squared,
+                predictor.rmse_N
+            ),
             format!("covered {:.0} % of the peaks.", 100.0 * predictor.covered),
         ];
         write(&self.out, &constants.rust(&about))?;

@@ -26,7 +26,9 @@ struct Answer {
 /// Why it did not answer.
 #[derive(Clone, Debug, PartialEq, thiserror::Error, miette::Diagnostic)]
 #[error("scikit-learn did not answer: {0}")]
-#[diagnostic(help("name a Python that has it: python3 -m venv venv && venv/bin/pip install scikit-learn, then --scikit-learn venv/bin/python"))]
+#[diagnostic(help(
+    "name a Python that has it: python3 -m venv venv && venv/bin/pip install scikit-learn, then --scikit-learn venv/bin/python"
+))]
 pub struct NoAnswer(String);
 
 /// Adds scikit-learn's score to each trial that has a learner.

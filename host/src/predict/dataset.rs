@@ -38,6 +38,8 @@ pub struct Sample {
 pub struct Impact {
     /// Its file.
     pub file: PathBuf,
+    /// Number of its campaign in the data set.
+    pub campaign: usize,
     /// As stated, m/s.
     pub speed_m_per_s: f64,
     /// As stated, kg.
@@ -66,10 +68,7 @@ impl Impact {
     /// What the sensor knows beforehand.
     #[must_use]
     pub fn known(&self) -> Known {
-        Known {
-            mass: Kilogram(self.mass_kg as f32),
-            stiffness: NewtonPerMetre(self.body_stiffness_n_per_m as f32),
-        }
+        Known { mass: Kilogram(self.mass_kg as f32), stiffness: NewtonPerMetre(self.body_stiffness_n_per_m as f32) }
     }
 
     /// v·√(K·m_R), N: equation 4, corrected, for a rigid mount.
@@ -90,6 +89,8 @@ impl Impact {
 pub struct Dataset {
     /// The impacts, in the order of their folders and recordings.
     pub impacts: Vec<Impact>,
+    /// How many campaigns they are from.
+    pub campaigns: usize,
     /// What was left out or is missing, one sentence each.
     pub notes: Vec<String>,
 }
@@ -129,7 +130,10 @@ impl Dataset {
         let Some(body) = rig.body_stiffness_n_per_m.filter(|_| rig.kind == RigKind::Impact) else {
             return Err(InputError::whole(
                 &place,
-                format!("a campaign of the kind `{}` has no impacts of a robot on springs to learn from", rig.kind.name()),
+                format!(
+                    "a campaign of the kind `{}` has no impacts of a robot on springs to learn from",
+                    rig.kind.name()
+                ),
                 "give campaigns of the kind `impact`",
             ));
         };
@@ -144,11 +148,13 @@ impl Dataset {
             .map(|region| f64::from(region.body().effective_mass.0));
         for (entry, recording) in loaded.campaign.recordings.iter().zip(&loaded.recordings) {
             let file = loaded.folder.join(&entry.file);
-            let joints = entry.configuration.as_ref().and_then(|name| {
-                postures.iter().find(|(known, _)| known == name).map(|(_, joints)| *joints)
-            });
+            let joints = entry
+                .configuration
+                .as_ref()
+                .and_then(|name| postures.iter().find(|(known, _)| known == name).map(|(_, joints)| *joints));
             let known = Impact {
                 file: file.clone(),
+                campaign: self.campaigns,
                 speed_m_per_s: entry.impact_speed_m_per_s.value,
                 mass_kg: entry.effective_mass_kg.value,
                 body_stiffness_n_per_m: body.value,
@@ -166,6 +172,7 @@ impl Dataset {
                 Err(why) => self.notes.push(format!("{} is left out: {why}", file.display())),
             }
         }
+        self.campaigns += 1;
         Ok(())
     }
 }
@@ -303,9 +310,8 @@ fn impact(known: Impact, recording: &Recording, noise: f64) -> Result<Impact, St
     if place + 2 >= judged.values.len() {
         return Err("it ends before the force falls".to_owned());
     }
-    let stroke = recording
-        .channel("displacement_m")
-        .map(|values| Even::new(recording.times_s(), values, interval_s).judged());
+    let stroke =
+        recording.channel("displacement_m").map(|values| Even::new(recording.times_s(), values, interval_s).judged());
     let profile = (1..=PROFILE_INSTANTS)
         .map(|index| {
             let time_s = PROFILE_ENDS * duration_s * index as f64 / PROFILE_INSTANTS as f64;
@@ -316,7 +322,8 @@ fn impact(known: Impact, recording: &Recording, noise: f64) -> Result<Impact, St
             }
         })
         .collect();
-    let stroke_m = stroke.map(|stroke| stroke.values[noticed..until.min(stroke.values.len())].iter().copied().fold(0.0, f64::max));
+    let stroke_m =
+        stroke.map(|stroke| stroke.values[noticed..until.min(stroke.values.len())].iter().copied().fold(0.0, f64::max));
     let ahead_s = judged.time_s(place) - (noticed_s + f64::from(DUE[INSTANTS - 1].0));
     Ok(Impact { peak_n, stroke_m, profile, rise, ahead_s, ..known })
 }

@@ -132,5 +132,9 @@ fn fill(tree: &mut Tree, node: Option<&Node>, value: f64, at: usize, rate: f64) 
 
 fn sixteen(what: &'static str, value: f64) -> Result<i16, NoTable> {
     let (low, high) = (f64::from(i16::MIN), f64::from(i16::MAX));
-    if (low..=high).contains(&value.round()) { Ok(value.round() as i16) } else { Err(NoTable::Beyond { what, value, low, high }) }
+    if (low..=high).contains(&value.round()) {
+        Ok(value.round() as i16)
+    } else {
+        Err(NoTable::Beyond { what, value, low, high })
+    }
 }

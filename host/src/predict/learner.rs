@@ -272,10 +272,8 @@ fn support_vectors(x: &[Vec<f64>], y: &[f64]) -> Result<Learned, NotLearned> {
     let rows: Vec<Vec<f64>> = x.iter().map(|row| scaling.applied(row)).collect();
     let wanted: Vec<f64> = y.iter().map(|value| (value - mean) / sd).collect();
     let gamma = 1.0 / scaling.centre.len() as f64;
-    let parameters = SVRParameters::default()
-        .with_eps(SVR_EPSILON)
-        .with_c(SVR_C)
-        .with_kernel(Kernels::rbf().with_gamma(gamma));
+    let parameters =
+        SVRParameters::default().with_eps(SVR_EPSILON).with_c(SVR_C).with_kernel(Kernels::rbf().with_gamma(gamma));
     let rows = matrix(&rows)?;
     let fitted = SVR::fit(&rows, &wanted, &parameters).map_err(refused)?;
     let written = serde_json::to_value(&fitted).map_err(refused)?;
@@ -293,9 +291,8 @@ fn support_vectors(x: &[Vec<f64>], y: &[f64]) -> Result<Learned, NotLearned> {
 }
 
 fn tree(x: &[Vec<f64>], y: &[f64]) -> Result<Learned, NotLearned> {
-    let parameters = DecisionTreeRegressorParameters::default()
-        .with_min_samples_leaf(TREE_LEAF)
-        .with_min_samples_split(TREE_SPLIT);
+    let parameters =
+        DecisionTreeRegressorParameters::default().with_min_samples_leaf(TREE_LEAF).with_min_samples_split(TREE_SPLIT);
     let fitted: DecisionTreeRegressor<f64, f64, Matrix, Vec<f64>> =
         DecisionTreeRegressor::fit(&matrix(x)?, &y.to_vec(), parameters).map_err(refused)?;
     let written = serde_json::to_value(&fitted).map_err(refused)?;
@@ -367,9 +364,7 @@ impl Node {
 
     /// The largest number of an input that it asks for, plus one.
     fn inputs(&self) -> usize {
-        self.split
-            .as_ref()
-            .map_or(0, |split| (split.input + 1).max(split.low.inputs()).max(split.high.inputs()))
+        self.split.as_ref().map_or(0, |split| (split.input + 1).max(split.low.inputs()).max(split.high.inputs()))
     }
 }
 
@@ -390,11 +385,10 @@ impl Learned {
                     let distance: f64 = vector.iter().zip(&at).map(|(one, other)| (one - other).powi(2)).sum();
                     (-gamma * distance).exp()
                 };
-                mean + sd * (offset + weights.iter().zip(vectors).map(|(weight, vector)| weight * near(vector)).sum::<f64>())
+                mean + sd
+                    * (offset + weights.iter().zip(vectors).map(|(weight, vector)| weight * near(vector)).sum::<f64>())
             }
-            Self::Trees { base, rate, trees } => {
-                base + rate * trees.iter().map(|tree| tree.leaf(row)).sum::<f64>()
-            }
+            Self::Trees { base, rate, trees } => base + rate * trees.iter().map(|tree| tree.leaf(row)).sum::<f64>(),
         }
     }
 

@@ -9,7 +9,7 @@ use super::dataset::{Dataset, Impact};
 use super::learner::{Learned, Learner, NotLearned, learn};
 use super::score::{quantile, score};
 use super::task::{BEFORE, Input, PROFILE, RISE, Rows, Task};
-use super::trial::{NoTrial, folds, forecasts};
+use super::trial::{NoTrial, Whole, folds, forecasts};
 use crate::input::{InputError, read_text};
 
 /// What the `format` key says.
@@ -36,7 +36,7 @@ pub struct Predictor {
     pub physics: bool,
     /// Impacts that were learned from.
     pub impacts: usize,
-    /// Folds of impacts by which the next three were found.
+    /// Folds by which the next three were found: of whole campaigns, or, of fewer campaigns than folds, of impacts.
     pub folds: usize,
     /// R² on impacts that took no part.
     pub r_squared: f64,
@@ -63,14 +63,22 @@ pub struct Said {
 ///
 /// # Errors
 /// Too few impacts.
-pub fn train(dataset: &Dataset, task: Task, learner: Learner, physics: bool, count: usize, seed: u64) -> Result<Predictor, NoTrial> {
+pub fn train(
+    dataset: &Dataset,
+    task: Task,
+    learner: Learner,
+    physics: bool,
+    (count, seed): (usize, u64),
+) -> Result<Predictor, NoTrial> {
     let inputs = match task {
         Task::Profile => PROFILE,
         Task::Peak => BEFORE,
         Task::Online => RISE,
     };
     let rows = Rows::new(task, inputs, dataset);
-    let fold_of = folds(dataset.impacts.len(), count, seed)?;
+    // The bounds are to hold on a rig that nothing was learned from.
+    let whole = if dataset.campaigns >= count { Whole::Campaign } else { Whole::Impact };
+    let fold_of = folds(dataset, whole, count, seed)?;
     if rows.is_empty() {
         return Err(NotLearned::TooFew { rows: 0, inputs: inputs.len(), least: 4 * (inputs.len() + 1) }.into());
     }
@@ -132,7 +140,7 @@ impl Predictor {
     /// The forecasts of one impact: one, or one for each instant of its profile; empty where an input is missing.
     #[must_use]
     pub fn forecast(&self, impact: &Impact) -> Vec<(Said, f64)> {
-        let alone = Dataset { impacts: vec![impact.clone()], notes: Vec::new() };
+        let alone = Dataset { impacts: vec![impact.clone()], campaigns: 1, notes: Vec::new() };
         let rows = Rows::new(self.task, &self.inputs, &alone);
         (0..rows.len())
             .map(|row| {

@@ -8,7 +8,7 @@ pub use page::page;
 pub use terminal::table;
 
 use super::dataset::Dataset;
-use super::trial::Trial;
+use super::trial::{Trial, Whole};
 
 /// A whole test.
 #[derive(Clone, Debug)]
@@ -19,6 +19,8 @@ pub struct Tested {
     pub trials: Vec<Trial>,
     /// Into how many folds they were divided.
     pub folds: usize,
+    /// What stayed together in one.
+    pub whole: Whole,
     /// What drew them.
     pub seed: u64,
     /// Where the campaigns are, as given.

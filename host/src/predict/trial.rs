@@ -30,9 +30,11 @@ pub struct Trial {
 #[derive(Clone, Debug, PartialEq, thiserror::Error, miette::Diagnostic)]
 pub enum NoTrial {
     /// More folds than impacts, or fewer than two.
-    #[error("{impacts} impacts cannot be divided into {folds} folds")]
-    #[diagnostic(help("give more campaigns, or from 2 to as many folds as there are impacts"))]
+    #[error("{impacts} {what} cannot be divided into {folds} folds")]
+    #[diagnostic(help("give more campaigns, or from 2 to as many folds as there are {what}"))]
     Folds {
+        /// Impacts or campaigns.
+        what: &'static str,
         /// How many there are.
         impacts: usize,
         /// How many were asked for.
@@ -44,13 +46,47 @@ pub enum NoTrial {
     NotLearned(#[from] NotLearned),
 }
 
+/// What stays together in one fold.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Whole {
+    /// An impact: others of its campaign, on the same rig, may be learned from.
+    #[default]
+    Impact,
+    /// A campaign: what is forecast is on a rig that nothing was learned from. Harder, and what a new rig will see.
+    Campaign,
+}
+
+impl Whole {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Impact, Self::Campaign];
+
+    /// The name on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Impact => "impact",
+            Self::Campaign => "campaign",
+        }
+    }
+}
+
 /// The fold of each impact, from 0: drawn by the seed, of equal size within one.
 ///
 /// # Errors
 /// [`NoTrial::Folds`].
-pub fn folds(impacts: usize, count: usize, seed: u64) -> Result<Vec<usize>, NoTrial> {
+pub fn folds(dataset: &Dataset, whole: Whole, count: usize, seed: u64) -> Result<Vec<usize>, NoTrial> {
+    match whole {
+        Whole::Impact => divided("impacts", dataset.impacts.len(), count, seed),
+        Whole::Campaign => {
+            let fold_of = divided("campaigns", dataset.campaigns, count, seed)?;
+            Ok(dataset.impacts.iter().map(|impact| fold_of[impact.campaign]).collect())
+        }
+    }
+}
+
+fn divided(what: &'static str, impacts: usize, count: usize, seed: u64) -> Result<Vec<usize>, NoTrial> {
     if count < 2 || count > impacts {
-        return Err(NoTrial::Folds { impacts, folds: count });
+        return Err(NoTrial::Folds { what, impacts, folds: count });
     }
     let places = DenseMatrix::new(impacts, 1, vec![0.0; impacts], false)
         .map_err(|error| NotLearned::Refused(error.to_string()))?;

@@ -81,7 +81,9 @@ fn draw(area: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>, trial: &Tria
         .label_style((FONT, 13))
         .axis_desc_style((FONT, 13))
         .draw()?;
-    chart.draw_series(points.iter().map(|(truth, forecast)| Circle::new((*truth, forecast - truth), 2, DOT.mix(0.55).filled())))?;
+    chart.draw_series(
+        points.iter().map(|(truth, forecast)| Circle::new((*truth, forecast - truth), 2, DOT.mix(0.55).filled())),
+    )?;
     chart.draw_series(LineSeries::new([(low, 0.0), (high, 0.0)], BLACK.stroke_width(1)))?;
     area.present()
 }

@@ -37,7 +37,7 @@ pub fn page(tested: &Tested) -> String {
                 dl {
                     dt { "campaigns" } dd { (tested.from.join(", ")) }
                     dt { "peaks" } dd { (format!("{low:.0} to {high:.0} N, standard deviation {:.0} N", tested.peak_sd_n())) }
-                    dt { "folds" } dd { (tested.folds) ", of whole impacts, drawn by seed " (tested.seed) }
+                    dt { "folds" } dd { (tested.folds) ", of whole " (tested.whole.name()) "s, drawn by seed " (tested.seed) }
                 }
                 @if !tested.dataset.notes.is_empty() {
                     h3 { "To be noted" }
@@ -83,7 +83,8 @@ fn best(tested: &Tested, task: Task) -> Markup {
 }
 
 fn table(tested: &Tested) -> Markup {
-    let best: Vec<*const Trial> = Task::ALL.iter().filter_map(|task| honest(tested, *task)).map(std::ptr::from_ref).collect();
+    let best: Vec<*const Trial> =
+        Task::ALL.iter().filter_map(|task| honest(tested, *task)).map(std::ptr::from_ref).collect();
     html! {
         table {
             thead {
@@ -113,7 +114,8 @@ fn pictures(tested: &Tested, task: Task) -> Markup {
     };
     let trials = tested.trials.iter().filter(|trial| trial.case.task == task);
     // Those of the paper, and the best two of ours: all would be a wall.
-    let mut ours: Vec<&Trial> = trials.clone().filter(|trial| !trial.case.leaky() && trial.case.printed.is_none()).collect();
+    let mut ours: Vec<&Trial> =
+        trials.clone().filter(|trial| !trial.case.leaky() && trial.case.printed.is_none()).collect();
     ours.sort_by(|a, b| a.score.rmse_N.total_cmp(&b.score.rmse_N));
     ours.truncate(2);
     let shown: Vec<&Trial> = trials.filter(|trial| trial.case.printed.is_some()).chain(ours).collect();

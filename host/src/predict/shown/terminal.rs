@@ -29,7 +29,8 @@ pub fn table(tested: &Tested) -> Table {
 /// The cells of a line, in the order of the headings.
 pub(super) fn cells(trial: &Trial) -> [String; 11] {
     let pair = |values: Option<(f64, f64)>| {
-        values.map_or_else(<[String; 2]>::default, |(r_squared, rmse)| [format!("{r_squared:.3}"), format!("{rmse:.1}")])
+        values
+            .map_or_else(<[String; 2]>::default, |(r_squared, rmse)| [format!("{r_squared:.3}"), format!("{rmse:.1}")])
     };
     let [paper, paper_n] = pair(trial.case.printed.map(|printed| (printed.r_squared, printed.rmse_N)));
     let [beside, beside_n] = pair(trial.beside.map(|score| (score.r_squared, score.rmse_N)));
