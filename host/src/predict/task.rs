@@ -135,6 +135,9 @@ impl Case {
     /// How the tables write what it is from.
     #[must_use]
     pub fn from(&self) -> String {
+        if self.inputs == RISE {
+            return "rise m_R K".to_owned();
+        }
         let symbols: Vec<&str> = self.inputs.iter().map(|input| input.symbol()).collect();
         symbols.join(" ")
     }

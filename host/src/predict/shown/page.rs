@@ -10,6 +10,7 @@ use crate::report::page::STYLE;
 
 const OWN_STYLE: &str = "
 .leaky td { color: #666; font-style: italic } .best td { font-weight: bold } .number { white-space: nowrap }
+td:nth-child(2) { white-space: nowrap }
 .multiples { display: grid; grid-template-columns: repeat(2, 1fr); gap: .4rem 1.4rem } .multiples figure { margin: .6rem 0 }
 @media (max-width: 50rem) { .multiples { grid-template-columns: 1fr } }
 ";
@@ -146,7 +147,7 @@ fn glossary() -> Markup {
         dl {
             dt { "profile" } dd { "the force at 16 instants, from the contact to 1.4 times the duration of an ideal impact" }
             dt { "peak" } dd { "the largest force, forecast before the contact" }
-            dt { "online" } dd { "the largest force, forecast by the sensor 4 ms after it noticed the contact; F₂, F₃, F₄: force 2, 3 and 4 ms after; ωt₄: √(K/m_R) times the time since the contact" }
+            dt { "online" } dd { "the largest force, forecast by the sensor 4 ms after it noticed the contact; from the rise: ωt₄, √(K/m_R) times the time since the contact; F₂/F₄, F₃/F₄, F₄, with the force 2, 3 and 4 ms after" }
             dt { "v, m_R, K, m_H" } dd { "speed at contact; effective mass of the robot; stiffness of springs and pad in series (online: of the springs); effective mass of the body region" }
             dt { "q1, q2, q4" } dd { "joint angles of the robot" }
             dt { "δ, δ_max" } dd { "stroke of the springs: leaky" }
