@@ -136,8 +136,7 @@ fn lines(seed: u64) -> String {
             "message": "Alarm", "data": hex(&Alarm::encode(&onset)),
             "is": {"Impact": onset.impact as u8, "Index": onset.noticed_at as u32, "Force": [force, "ForceOutOfRange"]},
         }));
-        let forecast =
-            Forecast { peak: Newton(value(&mut random, 6553.5)), bound: Newton(value(&mut random, 6553.5)) };
+        let forecast = Forecast { peak: Newton(value(&mut random, 6553.5)), bound: Newton(value(&mut random, 6553.5)) };
         let (impact, samples): (u32, u16) = (random.random(), random.random());
         lines.push(json!({
             "message": "Forecast", "data": hex(&ForecastFrame::encode(impact, &forecast, samples)),

@@ -23,7 +23,8 @@ pub const POSTURES_DEG: [[f64; 7]; 4] = [
     [-14.2, 36.6, -167.0, 109.2, -4.5, 53.7, 174.6],
     [14.7, 39.7, -25.6, -107.2, 167.2, 56.6, 30.9],
 ];
-/// Effective mass at the flange along +x of the base in these, kg: `thud mass` on examples/robots/iiwa14.urdf.
+/// Effective mass at the flange along +x of the base in these, kg, by Drake's figures; `thud mass` on examples/robots/iiwa14.urdf gives
+/// nearly the same (a test says how nearly).
 pub const MASSES_KG: [f64; 4] = [6.08, 6.09, 6.01, 5.91];
 /// Speeds, m/s. The paper's figure 6 has a range without naming its values; this one spans its forces, 60 to 450 N.
 pub const SPEEDS_M_PER_S: [f64; 9] = [0.10, 0.15, 0.20, 0.25, 0.30, 0.35, 0.40, 0.45, 0.50];

@@ -291,7 +291,8 @@ fn the_plan_is_the_papers_and_its_masses_are_what_the_urdf_gives() {
         let values = posture.iter().map(|angle| angle.to_radians()).collect();
         let posture = Posture::new(&robot, link, &Given::InOrder(values)).unwrap();
         let found = assess(&robot, &posture, &contact).free_kg.unwrap();
-        assert!((found - mass_kg).abs() < 0.01, "{found} kg, not {mass_kg}");
+        // A tenth of a kilogram: half of what the plan takes the stated mass to be unsure by.
+        assert!((found - mass_kg).abs() < 0.1, "{found} kg, not {mass_kg}");
     }
 }
 
