@@ -10,9 +10,10 @@ use std::process::{Command, Stdio};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
-use thud_firmware::dictionary::frame::{self, Alarm, MassFrame};
+use thud_firmware::dictionary::frame::{self, Alarm, ForecastFrame, MassFrame};
 use thud_firmware::emergency::{Emergency, Fault};
 use thud_firmware::event::{Event, Flags, Onset, Severity, Verdict};
+use thud_firmware::forecast::Forecast;
 use thud_firmware::stream::{Samples, VALUES};
 use thud_firmware::units::{Hertz, Kilogram, Newton, NewtonSecond, SampleInstant, Second};
 
@@ -134,6 +135,13 @@ fn lines(seed: u64) -> String {
         lines.push(json!({
             "message": "Alarm", "data": hex(&Alarm::encode(&onset)),
             "is": {"Impact": onset.impact as u8, "Index": onset.noticed_at as u32, "Force": [force, "ForceOutOfRange"]},
+        }));
+        let forecast = Forecast { peak: Newton(value(&mut random, 6553.5)), bound: Newton(value(&mut random, 6553.5)) };
+        let (impact, samples): (u32, u16) = (random.random(), random.random());
+        lines.push(json!({
+            "message": "Forecast", "data": hex(&ForecastFrame::encode(impact, &forecast, samples)),
+            "is": {"Impact": impact as u8, "ExpectedPeak": [forecast.peak.0, "ForecastOutOfRange"],
+                   "Bound": [forecast.bound.0, "ForecastOutOfRange"], "SamplesSinceOnset": samples},
         }));
         let forces = [(); VALUES].map(|()| {
             let sign = if random.random_bool(0.5) { -1.0 } else { 1.0 };

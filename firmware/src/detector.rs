@@ -26,6 +26,7 @@ use crate::calibration::{self, Calibration, Change, Lasting};
 use crate::capture::{Captures, SlotId, pre_trigger};
 use crate::configuration::{Configuration, ContactKind, Setting};
 use crate::event::{Flags, Onset};
+use crate::forecast::Known;
 use crate::idle::{Baseline, Idle};
 use crate::onset::{OnsetDetector, limited};
 use crate::rest::{End, Touch};
@@ -192,6 +193,14 @@ impl<const N: usize> Detector<N> {
     #[must_use]
     pub fn impact_open(&self) -> bool {
         matches!(self.phase, Phase::Open(_))
+    }
+
+    /// What a forecast of the open impact can be from; `None` where none is open, or its force, mass or signal is not to be trusted.
+    #[must_use]
+    pub fn known(&self) -> Option<Known> {
+        let Phase::Open(open) = &self.phase else { return None };
+        let (mass, _) = open.effective_mass.filter(|_| !open.flags.intersects(Flags::VOID))?;
+        Some(Known { mass, stiffness: self.active.configuration.body_stiffness })
     }
 
     /// Whether zero, hum and noise are known well enough to judge by.

@@ -101,6 +101,8 @@ pub mod index {
     pub const ALARM: u16 = 0x2100;
     /// Received effective mass.
     pub const RECEIVED_MASS: u16 = 0x2101;
+    /// The latest forecast.
+    pub const FORECAST: u16 = 0x2102;
     /// The latest event, part judgement; the other parts follow.
     pub const EVENT: u16 = 0x2110;
     /// The latest frame of the stream.

@@ -30,6 +30,7 @@ pub mod emergency;
 pub mod event;
 pub mod event_log;
 pub mod filter;
+pub mod forecast;
 pub mod idle;
 pub mod impact;
 pub mod limits;

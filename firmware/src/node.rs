@@ -24,7 +24,7 @@ use zencan_common::nmt::NmtState;
 
 use crate::board::{Frame, Listened, ResetCause};
 use crate::capture::SlotId;
-use crate::dictionary::access::{NodeObjects, STREAM_TPDO, TIME_ID, TimeReceived, View};
+use crate::dictionary::access::{FORECAST_TPDO, NodeObjects, STREAM_TPDO, TIME_ID, TimeReceived, View};
 use crate::dictionary::frame::{self, MassFrame, PARTS, Part};
 use crate::dictionary::{PRODUCT_CODE, REVISION_NUMBER};
 use crate::emergency::Fault;
@@ -241,6 +241,7 @@ impl<const N: usize> CanOpenNode<N> {
     fn route(&self) {
         let sends = self.objects.nmt == NmtState::Operational;
         self.shared.route_alarm(self.objects.tpdos[0].id().filter(|_| sends));
+        self.shared.route_forecast(self.objects.tpdos[FORECAST_TPDO].id().filter(|_| sends));
         let streams = sends && self.objects.decimation > 0;
         let stream = self.objects.tpdos[STREAM_TPDO].id().filter(|_| streams);
         self.shared.route_stream(stream.map(|id| (self.objects.decimation, id)));

@@ -25,11 +25,12 @@ use crate::board::{BusStatus, Frame, Identity};
 use crate::capture::{Captures, SlotId};
 use crate::configuration_lock::ConfigurationLock;
 use crate::detector::{ImpactContext, Stamped};
-use crate::dictionary::frame::{Alarm, PARTS};
+use crate::dictionary::frame::{Alarm, ForecastFrame, PARTS};
 use crate::dictionary::settings::Settings;
 use crate::emergency::Fault;
 use crate::event::{Event, Onset};
 use crate::event_log::EventLog;
+use crate::forecast::Forecast;
 use crate::outbox::{Full, Outbox};
 use crate::storage::Loaded;
 use crate::stream;
@@ -169,6 +170,8 @@ pub struct Shared<const N: usize> {
     counters: Lock<Cell<Counters>>,
     alarm_id: Lock<Cell<Option<u16>>>,
     last_alarm: Lock<Cell<[u8; 8]>>,
+    last_forecast: Lock<Cell<[u8; 8]>>,
+    forecast_id: Lock<Cell<Option<u16>>>,
     /// Samples in a value of the stream (0 off) and where it goes.
     streamed: Lock<Cell<(u16, u16)>>,
     last_samples: Lock<Cell<[u8; 8]>>,
@@ -204,6 +207,8 @@ impl<const N: usize> Shared<N> {
             counters: Mutex::new(Cell::new(Counters::default())),
             alarm_id: Mutex::new(Cell::new(None)),
             last_alarm: Mutex::new(Cell::new([0; 8])),
+            forecast_id: Mutex::new(Cell::new(None)),
+            last_forecast: Mutex::new(Cell::new([0; 8])),
             streamed: Mutex::new(Cell::new((0, 0))),
             last_samples: Mutex::new(Cell::new([0; 8])),
             configuration_lock: Mutex::new(Cell::new(None)),
@@ -291,6 +296,25 @@ impl<const N: usize> Shared<N> {
             Some(frame) => drop(self.send_urgent(frame)),
             None => self.count(|counters| counters.alarms_withheld = counters.alarms_withheld.saturating_add(1)),
         }
+    }
+
+    /// Queues the forecast of an impact.
+    pub(crate) fn tell_forecast(&self, impact: u32, forecast: &Forecast, samples: u16) {
+        let data = ForecastFrame::encode(impact, forecast, samples);
+        self.last_forecast.lock(|last| last.set(data));
+        if let Some(frame) = self.forecast_id.lock(Cell::get).and_then(|id| Frame::new(id, &data)) {
+            // Refused only when the outbox is full of more urgent frames; it counts that.
+            let _ = self.send(frame);
+        }
+    }
+
+    pub(crate) fn last_forecast(&self) -> [u8; 8] {
+        self.last_forecast.lock(Cell::get)
+    }
+
+    /// Where forecasts go; `None` while they must not.
+    pub(crate) fn route_forecast(&self, id: Option<u16>) {
+        self.forecast_id.lock(|cell| cell.set(id));
     }
 
     pub(crate) fn last_alarm(&self) -> [u8; 8] {

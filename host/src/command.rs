@@ -14,6 +14,7 @@ mod log;
 mod mass;
 mod mechanisms;
 mod monitor;
+mod predict;
 mod prove;
 mod record;
 mod replay;
@@ -52,6 +53,7 @@ enum Command {
     Limits(limits::Limits),
     Speed(speed::Speed),
     Drop(drop::Drop),
+    Predict(predict::Predict),
     Prove(prove::Prove),
     Conceal(conceal::Conceal),
     Hit(hit::Hit),
@@ -89,6 +91,7 @@ impl Thud {
             Command::Limits(command) => command.run(),
             Command::Speed(command) => command.run(),
             Command::Drop(command) => command.run(),
+            Command::Predict(command) => command.run(),
             Command::Prove(command) => command.run(),
             Command::Conceal(command) => command.run(),
             Command::Hit(command) => command.run(),

@@ -24,6 +24,7 @@ pub mod interrupt;
 pub mod json;
 pub mod key_file;
 pub mod model;
+pub mod predict;
 pub mod proof;
 pub mod recording;
 pub mod replay;

@@ -33,7 +33,7 @@ def compare(line, message, found, data):
 
 
 def judge(event):
-    """The frames of an event or alarm: a value is marked as out of range exactly when it had to be cut."""
+    """The frames of an event, alarm or forecast: a value is marked as out of range exactly when it had to be cut."""
     markers_of_event = {name: raw for name, raw in event[0][2].items() if name.endswith("OutOfRange")}
     must = dict.fromkeys(markers_of_event, False)
     may = dict.fromkeys(markers_of_event, False)
@@ -62,7 +62,7 @@ for text in sys.stdin:
     # Strictly: values outside the ranges that the file names would be refused.
     assert message.encode(found, strict=True) == data, text
     counts[message.name] = counts.get(message.name, 0) + 1
-    if message.name == "Alarm":
+    if message.name in ("Alarm", "Forecast"):
         judge([(line, message, found)])
     elif message.name.startswith("Event"):
         event.append((line, message, found))

@@ -4,7 +4,7 @@ use zencan_common::nmt::NmtState;
 use zencan_common::objects::AccessType;
 use zencan_common::sdo::AbortCode;
 
-use super::frame::{ALARM_BASE, MASS_BASE, MassFrame, PARTS, Part};
+use super::frame::{ALARM_BASE, FORECAST_BASE, MASS_BASE, MassFrame, PARTS, Part};
 use super::object::{self, Object};
 use super::value::{Value, exactly, f32_from, u8_from, u16_from, u32_from};
 use super::{APPLY, DISCARD, LOAD, PRODUCT_CODE, REVISION_NUMBER, SAVE, event_record, index};
@@ -18,10 +18,12 @@ use crate::storage::Loaded;
 use crate::stream::{self, STREAM_BASE};
 use crate::units::Kilogram;
 
-/// TPDOs: the alarm, the parts of an event, the stream.
-pub const TPDOS: usize = 2 + PARTS;
+/// TPDOs: the alarm, the parts of an event, the stream, the forecast.
+pub const TPDOS: usize = 3 + PARTS;
 /// Which of them is the stream.
 pub const STREAM_TPDO: usize = 1 + PARTS;
+/// Which of them is the forecast.
+pub const FORECAST_TPDO: usize = 2 + PARTS;
 
 /// Communication parameters of a PDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,7 +102,7 @@ pub struct NodeObjects {
     pub heartbeat_ms: u16,
     /// RPDO 1, the effective mass.
     pub rpdo: PdoCommunication,
-    /// TPDO 1 the alarm, TPDO 2 to 6 the event's parts, TPDO 7 the stream.
+    /// TPDO 1 the alarm, TPDO 2 to 6 the event's parts, TPDO 7 the stream, TPDO 8 the forecast.
     pub tpdos: [PdoCommunication; TPDOS],
     /// Samples in a value of the stream; 0 off.
     pub decimation: u16,
@@ -152,6 +154,7 @@ impl NodeObjects {
             self.tpdos[1 + part as usize] = on_event(part.base());
         }
         self.tpdos[STREAM_TPDO] = on_event(STREAM_BASE);
+        self.tpdos[FORECAST_TPDO] = on_event(FORECAST_BASE);
         self.decimation = 0;
     }
 
@@ -174,7 +177,7 @@ pub struct View<'a, const N: usize> {
     pub now_ms: u64,
 }
 
-/// The objects that each PDO carries, in the order of the frame; 0x1600 and 0x1A00 to 0x1A06.
+/// The objects that each PDO carries, in the order of the frame; 0x1600 and 0x1A00 to 0x1A07.
 #[must_use]
 pub fn mapped(object: u16) -> Option<u16> {
     match object {
@@ -182,6 +185,7 @@ pub fn mapped(object: u16) -> Option<u16> {
         index::TPDO_ALARM_MAPPING => Some(index::ALARM),
         0x1A01..=0x1A05 => Some(index::EVENT + (object - 0x1A01)),
         0x1A06 => Some(index::SAMPLES),
+        0x1A07 => Some(index::FORECAST),
         _ => None,
     }
 }
@@ -206,13 +210,14 @@ impl<const N: usize> View<'_, N> {
         }
         let node_id = self.node.node_id.map_or(0, u32::from);
         match object {
-            0x1A00..=0x1A06 | index::RPDO_MASS_MAPPING => self.mapping(object, sub),
-            index::RPDO_MASS | 0x1800..=0x1806 => {
+            0x1A00..=0x1A07 | index::RPDO_MASS_MAPPING => self.mapping(object, sub),
+            index::RPDO_MASS | 0x1800..=0x1807 => {
                 let pdo = self.node.pdo(object).ok_or(AbortCode::NoSuchObject)?;
                 Ok(if sub == 1 { Value::U32(pdo.cob_id) } else { Value::U8(pdo.transmission) })
             }
             index::ALARM => Ok(self.slice(index::ALARM, sub, self.shared.last_alarm())),
             0x2110..=0x2114 => Ok(self.slice(object, sub, self.node.event[usize::from(object - index::EVENT)])),
+            index::FORECAST => Ok(self.slice(index::FORECAST, sub, self.shared.last_forecast())),
             index::STREAM => Ok(Value::U16(self.node.decimation)),
             index::LOCK => Ok(match (sub, self.shared.lock()) {
                 (1, None) => Value::U8(2),
@@ -438,7 +443,7 @@ impl<const N: usize> View<'_, N> {
     /// Whether this object may be written now: what is configuration not while armed, and not without the key.
     fn may_write(&self, object: u16, sub: u8) -> Result<(), AbortCode> {
         let settings = matches!(object, 0x2000..=0x2004 | index::TRANSACTION | index::STORE | index::RESTORE);
-        let pdo = matches!(object, index::RPDO_MASS | 0x1800..=0x1806);
+        let pdo = matches!(object, index::RPDO_MASS | 0x1800..=0x1807);
         let lock = object == index::LOCK;
         if (settings || pdo || lock) && self.node.nmt == NmtState::Operational {
             return Err(AbortCode::CantStoreDeviceState);
@@ -630,7 +635,7 @@ impl<const N: usize> Entries for View<'_, N> {
                 self.node.heartbeat_ms = u16_from(data)?;
                 Ok(())
             }
-            (index::RPDO_MASS | 0x1800..=0x1806, _) => {
+            (index::RPDO_MASS | 0x1800..=0x1807, _) => {
                 self.node.pdo(object).ok_or(AbortCode::NoSuchObject)?.set(sub, data)
             }
             (index::LOCK, 3) => self.change(data),

@@ -3,6 +3,7 @@
 //! ```text
 //! byte        0        1        2        3        4        5        6        7
 //! alarm       impact   flags    force 0.1 N       index of the sample (low 32 bits)
+//! forecast    impact   flags    peak 0.1 N        bound 0.1 N       samples since onset
 //! judgement   number            verdict  out of   flags             scaled 0.1 N
 //!                                        range
 //! force       number            peak 0.1 N        raw peak 0.1 N    impulse mN·s
@@ -20,6 +21,7 @@
 //! largest number of such a field is 0xFFFE.
 
 use crate::event::{Event, Flags, Onset, Verdict};
+use crate::forecast::Forecast;
 use crate::units::{Hertz, Kilogram, Newton, NewtonSecond, Second};
 
 bitflags::bitflags! {
@@ -158,6 +160,53 @@ impl Alarm {
     }
 }
 
+/// TPDO 8: how hard the blow is going to be, while the force rises.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ForecastFrame {
+    /// Low byte of the impact's number.
+    pub impact: u8,
+    /// Peak or bound lay beyond 6553.5 N.
+    pub saturated: bool,
+    /// Expected judged peak, in steps of 0.1 N.
+    pub peak: Newton,
+    /// The peak is within this of the expected one in [`crate::forecast::COVERED`] of the impacts, in steps of 0.1 N.
+    pub bound: Newton,
+    /// From the sample that gave the alarm to the last one that the forecast is from.
+    pub samples: u16,
+}
+
+impl ForecastFrame {
+    /// Newtons in one step.
+    pub const STEP: Newton = Newton(0.1);
+
+    /// The frame of a forecast.
+    #[must_use]
+    pub fn encode(impact: u32, forecast: &Forecast, samples: u16) -> [u8; 8] {
+        let (peak, peak_beyond) = steps(forecast.peak.0, 10.0, u16::MAX);
+        let (bound, bound_beyond) = steps(forecast.bound.0, 10.0, u16::MAX);
+        let flags = u8::from(peak_beyond || bound_beyond);
+        words(u16::from_le_bytes([impact as u8, flags]), peak, bound, samples)
+    }
+
+    /// Reads such a frame.
+    ///
+    /// # Errors
+    /// [`Malformed::Length`], [`Malformed::Reserved`].
+    pub fn decode(bytes: &[u8]) -> Result<Self, Malformed> {
+        let data = bytes8(bytes)?;
+        if data[1] & !1 != 0 {
+            return Err(Malformed::Reserved);
+        }
+        Ok(Self {
+            impact: data[0],
+            saturated: data[1] & 1 != 0,
+            peak: Newton(f32::from(word(&data, 2)) / 10.0),
+            bound: Newton(f32::from(word(&data, 4)) / 10.0),
+            samples: word(&data, 6),
+        })
+    }
+}
+
 /// The parts of an event, one TPDO each, TPDO 2 to 6.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
@@ -204,6 +253,8 @@ impl Part {
 
 /// Default COB-ID of the alarm without the node id: the most urgent there is.
 pub const ALARM_BASE: u16 = 0x000;
+/// Default COB-ID of the forecast without the node id: after alarm and faults, before everything else.
+pub const FORECAST_BASE: u16 = 0x180;
 /// Default COB-ID of the effective mass without the node id.
 pub const MASS_BASE: u16 = 0x200;
 
@@ -421,6 +472,20 @@ mod tests {
     }
 
     #[test]
+    fn a_forecast_comes_back_or_says_that_it_saturated() {
+        let frame = |peak, bound| {
+            let forecast = Forecast { peak: Newton(peak), bound: Newton(bound) };
+            ForecastFrame::decode(&ForecastFrame::encode(0x1_02, &forecast, 80)).unwrap()
+        };
+        let (peak, bound) = (Newton(123.4), Newton(6.5));
+        assert_eq!(frame(123.41, 6.49), ForecastFrame { impact: 2, saturated: false, peak, bound, samples: 80 });
+        let beyond = frame(7_000.0, 6.49);
+        assert_eq!((beyond.peak, beyond.saturated), (Newton(6553.5), true));
+        assert!(frame(f32::NAN, 1.0).saturated);
+        assert_eq!(ForecastFrame::decode(&[0, 2, 0, 0, 0, 0, 0, 0]), Err(Malformed::Reserved));
+    }
+
+    #[test]
     fn wrong_lengths_are_named() {
         assert_eq!(Alarm::decode(&[0; 7]), Err(Malformed::Length { expected: 8, found: 7 }));
         assert_eq!(MassFrame::decode(&[0; 5]), Err(Malformed::Length { expected: 6, found: 5 }));
@@ -526,6 +591,7 @@ mod tests {
         fn no_bytes_make_the_decoders_panic(parts in any::<[[u8; 8]; PARTS]>(), bytes in prop::collection::vec(any::<u8>(), 0..9)) {
             let _ = decode(&parts);
             let _ = Alarm::decode(&bytes);
+            let _ = ForecastFrame::decode(&bytes);
             let _ = MassFrame::decode(&bytes);
             let _ = Assembly::new().push(Part::Force, &bytes);
         }

@@ -270,6 +270,7 @@ pub static OBJECTS: &[Object] = &[
     record(0x1804, "TPDO 5 communication: course", PDO_COMMUNICATION),
     record(0x1805, "TPDO 6 communication: mass", PDO_COMMUNICATION),
     record(0x1806, "TPDO 7 communication: samples", PDO_COMMUNICATION),
+    record(0x1807, "TPDO 8 communication: forecast", PDO_COMMUNICATION),
     record(0x1A00, "TPDO 1 mapping", MAPPED_4),
     record(0x1A01, "TPDO 2 mapping", MAPPED_5),
     record(0x1A02, "TPDO 3 mapping", MAPPED_4),
@@ -277,6 +278,7 @@ pub static OBJECTS: &[Object] = &[
     record(0x1A04, "TPDO 5 mapping", MAPPED_4),
     record(0x1A05, "TPDO 6 mapping", MAPPED_4),
     record(0x1A06, "TPDO 7 mapping", MAPPED_4),
+    record(0x1A07, "TPDO 8 mapping", MAPPED_5),
     record(
         0x2000,
         "Judgement settings",
@@ -382,6 +384,17 @@ pub static OBJECTS: &[Object] = &[
             ro(4, "Received", UInt32, "values taken", ""),
             ro(5, "Refused", UInt32, "values out of range", ""),
             ro(6, "Missed", UInt32, "sequence numbers skipped", ""),
+        ],
+    ),
+    record(
+        0x2102,
+        "Forecast",
+        &[
+            ro(1, "Impact", UInt8, "low byte of the impact's number", "").in_tpdo(),
+            ro(2, "Forecast flags", UInt8, "bit 0: peak or bound out of range", "").in_tpdo(),
+            ro(3, "Expected peak", UInt16, "0.1 N", "").in_tpdo(),
+            ro(4, "Bound", UInt16, "0.1 N", "").in_tpdo(),
+            ro(5, "Samples since onset", UInt16, "samples", "").in_tpdo(),
         ],
     ),
     record(

@@ -1,8 +1,9 @@
 //! Blocks of samples into the detector; never waits for anything else.
 
-use crate::board::{BLOCK, Samples};
+use crate::board::{AdcCode, BLOCK, Samples};
 use crate::detector::{Detector, Signal, Signals};
 use crate::emergency::Fault;
+use crate::forecast::{TABLE, Watch};
 use crate::shared::{DetectorStatus, Report, Shared, Task};
 use crate::stream::{Scale, Stream};
 
@@ -15,6 +16,7 @@ pub async fn run<const N: usize>(mut samples: impl Samples, shared: &Shared<N>) 
     let mut block = [0; BLOCK];
     let mut status = DetectorStatus::default();
     let mut stream = Stream::new();
+    let mut rising: Option<Watch> = None;
     let mut blocks = 0;
     loop {
         let next = samples.next_block(&mut block).await;
@@ -30,6 +32,9 @@ pub async fn run<const N: usize>(mut samples: impl Samples, shared: &Shared<N>) 
             Ok(info) => {
                 status.next_index = info.first_index + BLOCK as u64;
                 detector.push_into(&block, &info, shared.captures, &mut signals);
+                if let Some(watch) = &mut rising {
+                    foretell(watch, &block, info.first_index, &detector, shared);
+                }
                 // Nobody listens most of the time.
                 let decimation = shared.decimation();
                 if decimation > 0 {
@@ -43,9 +48,18 @@ pub async fn run<const N: usize>(mut samples: impl Samples, shared: &Shared<N>) 
             Err(overrun) => {
                 shared.count(|counters| counters.overruns = counters.overruns.saturating_add(1));
                 signals = detector.overrun(overrun);
+                rising = None;
             }
         }
         for signal in &signals {
+            match signal {
+                Signal::Onset(onset) => {
+                    let chain = shared.active().configuration.chain;
+                    rising = Some(Watch::new(onset, chain.sample_rate, chain.newton_per_code, status.zero));
+                }
+                Signal::Over(_) => rising = None,
+                _ => {}
+            }
             handle(*signal, shared);
         }
         let was_open = core::mem::replace(&mut status.impact_open, detector.impact_open());
@@ -65,6 +79,21 @@ pub async fn run<const N: usize>(mut samples: impl Samples, shared: &Shared<N>) 
         blocks = (blocks + 1) % STATUS_BLOCKS;
         shared.lives(Task::Sampler);
     }
+}
+
+/// The forecast, in the one block that completes the rise: some hundred comparisons.
+#[inline(never)]
+fn foretell<const N: usize>(
+    watch: &mut Watch,
+    block: &[AdcCode],
+    first_index: u64,
+    detector: &Detector<N>,
+    shared: &Shared<N>,
+) {
+    let Some(rise) = watch.push(block, first_index) else { return };
+    let Some(forecast) = detector.known().and_then(|known| TABLE.forecast(&rise, &known)) else { return };
+    let samples = (first_index + block.len() as u64 - 1).saturating_sub(watch.noticed_at()) as u16;
+    shared.tell_forecast(watch.impact(), &forecast, samples);
 }
 
 fn handle<const N: usize>(signal: Signal, shared: &Shared<N>) {

@@ -10,7 +10,7 @@ use std::time::Duration;
 use thud_firmware::board::{Frame, Identity, ResetCause};
 use thud_firmware::capture::Captures;
 use thud_firmware::dictionary::event_record;
-use thud_firmware::dictionary::frame::{self, Alarm, Assembly, MassFrame, Part};
+use thud_firmware::dictionary::frame::{self, Alarm, Assembly, ForecastFrame, MassFrame, Part};
 use thud_firmware::emergency::Emergency;
 use thud_firmware::node::CanOpenNode;
 use thud_firmware::sdo::{Entries, Opened, SdoServer, Stream, TIMEOUT_MS, VALUE};
@@ -183,6 +183,7 @@ pub fn pdos(data: &[u8]) {
     for bytes in data.chunks(9) {
         let (which, bytes) = bytes.split_first().expect("chunks are not empty");
         let _ = Alarm::decode(bytes);
+        let _ = ForecastFrame::decode(bytes);
         let _ = Emergency::decode(bytes);
         let part = Part::ALL[usize::from(which % 5)];
         let _ = assembly.push(part, bytes);

@@ -14,7 +14,9 @@ use std::time::Duration;
 
 use serde::{Serialize, Serializer};
 use thud_firmware::board::Frame;
-use thud_firmware::dictionary::frame::{self, ALARM_BASE, Alarm, Assembly, Part, Saturated, Summary};
+use thud_firmware::dictionary::frame::{
+    self, ALARM_BASE, Alarm, Assembly, FORECAST_BASE, ForecastFrame, Part, Saturated, Summary,
+};
 use thud_firmware::dictionary::{event_record, index};
 use thud_firmware::emergency::Emergency;
 use thud_firmware::event::{Event, Flags, Verdict};
@@ -135,6 +137,23 @@ pub enum Happening {
         force_n: f32,
         /// Low byte of the impact's number.
         impact: u8,
+    },
+    /// How hard the blow is going to be, told while its force rises.
+    Forecast {
+        /// Node id.
+        node: u8,
+        /// Low byte of the impact's number.
+        impact: u8,
+        /// Expected judged peak.
+        #[serde(rename = "peak_N")]
+        peak_n: f32,
+        /// It is within this of the expected one in 95 of 100 impacts.
+        #[serde(rename = "bound_N")]
+        bound_n: f32,
+        /// From the alarm's sample to the last one that it is from.
+        after_s: f32,
+        /// A value lay beyond its field's range.
+        saturated: bool,
     },
     /// A contact was measured and judged.
     Event(Box<SeenEvent>),
@@ -501,6 +520,22 @@ impl Watch {
                     impact: alarm.impact,
                 },
                 Err(malformed) => Happening::Malformed { node, words: format!("alarm: {malformed}") },
+            });
+            return Ok(());
+        }
+        if let Some(followed) = node_of(frame, FORECAST_BASE).and_then(|node| self.followed.get_mut(&node)) {
+            let node = followed.sensor.node;
+            followed.heard = at;
+            happened.push(match ForecastFrame::decode(frame.bytes()) {
+                Ok(forecast) => Happening::Forecast {
+                    node,
+                    impact: forecast.impact,
+                    peak_n: forecast.peak.0,
+                    bound_n: forecast.bound.0,
+                    after_s: f32::from(forecast.samples) / followed.sample_rate.0,
+                    saturated: forecast.saturated,
+                },
+                Err(malformed) => Happening::Malformed { node, words: format!("forecast: {malformed}") },
             });
             return Ok(());
         }

@@ -215,6 +215,10 @@ fn line(happening: &Happening) -> String {
         Happening::Alarm { node, noticed_s, force_n, .. } => {
             format!("{node:>4} {noticed_s:>10.4}  alarm: contact began, {force_n:.1} N so far")
         }
+        Happening::Forecast { node, peak_n, bound_n, after_s, .. } => format!(
+            "{node:>4}             forecast, {:.1} ms after the alarm: peak {peak_n:.0} ± {bound_n:.0} N",
+            1e3 * after_s
+        ),
         Happening::Lost { node, numbers } => {
             let numbers: Vec<String> = numbers.iter().map(u32::to_string).collect();
             format!(
@@ -274,5 +278,8 @@ mod tests {
         let line = line(&Happening::Alarm { node: 32, noticed_s: 1.5, force_n: 14.24, impact: 1 });
         assert_eq!(line, "  32     1.5000  alarm: contact began, 14.2 N so far");
         assert!(HEADING.find("at s").unwrap() + 4 == line.find("1.5000").unwrap() + 6);
+        let forecast =
+            Happening::Forecast { node: 32, impact: 1, peak_n: 120.3, bound_n: 8.6, after_s: 0.004, saturated: false };
+        assert_eq!(self::line(&forecast), "  32             forecast, 4.0 ms after the alarm: peak 120 ± 9 N");
     }
 }

@@ -7,7 +7,7 @@
 use std::fmt::Write as _;
 
 use thud_firmware::dictionary::access::mapped;
-use thud_firmware::dictionary::frame::{ALARM_BASE, MASS_BASE, PARTS, Part, Saturated};
+use thud_firmware::dictionary::frame::{ALARM_BASE, FORECAST_BASE, MASS_BASE, PARTS, Part, Saturated};
 use thud_firmware::dictionary::object::{self, Object, Sub};
 use thud_firmware::dictionary::{index, settings};
 use thud_firmware::emergency::Fault;
@@ -125,6 +125,13 @@ fn messages() -> Vec<Message> {
             "TPDO 7: stream of samples, while 0x2020:1 is not 0. Number counts values, three a frame.",
         ),
         pdo(
+            "Forecast",
+            FORECAST_BASE,
+            index::TPDO_ALARM_MAPPING + 2 + PARTS as u16,
+            false,
+            "TPDO 8: how hard the blow is going to be, while the force rises.",
+        ),
+        pdo(
             "EffectiveMass",
             MASS_BASE,
             index::RPDO_MASS_MAPPING,
@@ -195,6 +202,7 @@ fn signals(object: &Object) -> Vec<Signal> {
     for sub in object.subs.iter().filter(|sub| !matches!(sub.pdo, PdoMappable::None)) {
         let bits: Vec<(usize, String)> = match (object.index, sub.sub) {
             (index::ALARM, 2) => vec![(0, "ForceOutOfRange".to_owned())],
+            (index::FORECAST, 2) => vec![(0, "ForecastOutOfRange".to_owned())],
             (index::EVENT, 3) => {
                 named_bits(Saturated::all().iter_names().map(|(name, bit)| (name, u16::from(bit.bits()))))
                     .map(|(bit, name)| (bit, format!("{name}OutOfRange")))
