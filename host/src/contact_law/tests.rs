@@ -1,0 +1,1 @@
+//! Laws and motions against closed forms.
