@@ -61,7 +61,7 @@ pub(super) struct Blow {
     pub(super) full: Series,
     /// What is fitted: the same, or means of a few samples each.
     pub(super) fitted: Series,
-    /// Force and displacement before contact, without their means, where there is a displacement.
+    /// Force without its mean and displacement without its line, before contact, where there is a displacement.
     pub(super) quiet: Vec<(f64, f64)>,
     /// Displacement of the full window, where there is one, m.
     pub(super) stroke_m: Vec<f64>,
@@ -80,6 +80,14 @@ impl Blow {
         let Some(raw) = recording.channel(FORCE) else { return Err("it has no force".to_owned()) };
         let top = raw.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let first = zero_of(&raw[..(raw.len() / 20).max(2)]);
+        let restless = restless_n(raw);
+        if top - first < LEAST_PEAK * restless {
+            return Err(format!(
+                "it has no blow: its highest force of {:.2} N is less than {LEAST_PEAK} times the noise of {restless:.2} N; leave it out, or check \
+                 the trigger",
+                top - first
+            ));
+        }
         let half = raw.iter().position(|force| force - first > 0.5 * (top - first)).unwrap_or(0);
         let crossing = (0..half).rev().find(|&place| raw[place] - first < 0.05 * (top - first)).unwrap_or(0);
         // As far before the foot again as the rise from there lasts, nothing is quiet for sure.
@@ -95,17 +103,15 @@ impl Blow {
         let noise_n =
             (raw[..quiet].iter().map(|force| (force - zero).powi(2)).sum::<f64>() / (quiet - 1) as f64).sqrt();
         let force: Vec<f64> = raw.iter().map(|force| force - zero).collect();
-        let peak_n = top - zero;
+        let foot_of = |peak: f64, noise: f64| (NOISES * noise).max(FOOT * peak);
+        // The first contact, which need not be the highest of a row of bounces.
+        let rough = foot_of(top - zero, noise_n);
+        let after = (half..force.len()).find(|&place| force[place] < rough).unwrap_or(force.len());
+        let peak = (half..after).max_by(|a, b| force[*a].total_cmp(&force[*b])).unwrap_or(half);
+        let peak_n = force[peak];
         // A noiseless recording has its own resolution as noise.
         let noise_n = noise_n.max(1e-6 * peak_n);
-        if peak_n < LEAST_PEAK * noise_n {
-            return Err(format!(
-                "it has no blow: its highest force of {peak_n:.2} N is less than {LEAST_PEAK} times the noise of {noise_n:.2} N; leave it out, or \
-                 check the trigger"
-            ));
-        }
-        let peak = force.iter().position(|force| *force >= peak_n).unwrap_or(half);
-        let foot = (NOISES * noise_n).max(FOOT * peak_n);
+        let foot = foot_of(peak_n, noise_n);
         let begins = (0..half).rev().find(|&place| force[place] < foot).unwrap_or(0);
         let Some(ends) = (peak..force.len()).find(|&place| force[place] < foot) else {
             return Err(format!(
@@ -127,9 +133,10 @@ impl Blow {
                 gap.from_s, gap.to_s
             ));
         }
-        if let Some((from, count)) = clipped(&raw[begins..ends], full_scale_n, noise_n) {
+        if let Some((from, count)) = clipped(&raw[begins..ends], &raw[..quiet], full_scale_n) {
             return Err(format!(
-                "it is clipped at {top:.2} N: {count} equal samples in a row from {:.4} s on; measure with a larger full scale (stated: {} N)",
+                "it is clipped at {:.2} N: {count} equal samples in a row from {:.4} s on; measure with a larger full scale (stated: {} N)",
+                raw[begins + from],
                 times[begins + from],
                 full_scale_n
             ));
@@ -164,8 +171,9 @@ impl Blow {
             },
             fitted: Series::default(),
             quiet: stroke.map_or(Vec::new(), |stroke| {
-                let mean = zero_of(&stroke[..quiet]);
-                force[..quiet].iter().zip(stroke).map(|(force, stroke)| (*force, stroke - mean)).collect()
+                // A robot that comes is a straight line before contact.
+                let rest = without_line(&times[..quiet], &stroke[..quiet]);
+                force[..quiet].iter().copied().zip(rest).collect()
             }),
             stroke_m: stroke.map_or(Vec::new(), |stroke| stroke[start..stop].to_vec()),
         };
@@ -236,14 +244,33 @@ fn zero_of(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
+/// Noise by what most samples differ from the one before, N rms: a blow is but a few of them.
+fn restless_n(values: &[f64]) -> f64 {
+    let mut steps: Vec<f64> = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    let middle = steps.len() / 2;
+    let (_, median, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
+    // 1.4826: a Gaussian's median; two samples have twice the variance of one.
+    1.4826 * *median / 2.0_f64.sqrt()
+}
+
+/// What a straight line leaves.
+fn without_line(times_s: &[f64], values: &[f64]) -> Vec<f64> {
+    let mean = (zero_of(times_s), zero_of(values));
+    let product: f64 = times_s.iter().zip(values).map(|(time, value)| (time - mean.0) * (value - mean.1)).sum();
+    let square: f64 = times_s.iter().map(|time| (time - mean.0).powi(2)).sum();
+    let slope = product / square;
+    times_s.iter().zip(values).map(|(time, value)| value - mean.1 - slope * (time - mean.0)).collect()
+}
+
 /// Where a clipped top begins, and how long it is.
 ///
 /// Equal top samples in a row are one at full scale; below it they are one where the codes are finer than the noise, so that
 /// chance does not repeat them.
-fn clipped(force: &[f64], full_scale_n: f64, noise_n: f64) -> Option<(usize, usize)> {
+fn clipped(force: &[f64], quiet: &[f64], full_scale_n: f64) -> Option<(usize, usize)> {
     let top = force.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let steps = force.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0);
-    let code = steps.fold(f64::INFINITY, f64::min);
+    let steps = quiet.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    let code = steps.clone().filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
+    let noise_n = (steps.map(|step| step * step).sum::<f64>() / (2 * quiet.len()) as f64).sqrt();
     let from = force.iter().position(|force| *force == top)?;
     let count = force[from..].iter().take_while(|force| **force == top).count();
     let at_full_scale = top >= 0.98 * full_scale_n;
@@ -261,10 +288,16 @@ mod tests {
                 |index: i32| (height * (f64::from(index) / 100.0 * std::f64::consts::PI).sin() / code).round() * code;
             (0..100).map(value).collect()
         };
+        let quiet = |code: f64| -> Vec<f64> {
+            (0..200).map(|index| (0.3 * (f64::from(index) * 12.99).sin() / code).round() * code).collect()
+        };
         let cut: Vec<f64> = sine(100.0, 0.001).iter().map(|force| force.min(80.0)).collect();
-        assert!(clipped(&cut, 2224.0, 0.3).is_some(), "below full scale");
-        assert!(clipped(&sine(100.0, 0.001), 2224.0, 0.3).is_none());
-        assert!(clipped(&sine(100.0, 2.0), 2224.0, 0.3).is_none(), "coarse codes repeat at the top of any pulse");
-        assert!(clipped(&sine(100.0, 2.0), 100.0, 0.3).is_some(), "at full scale it is believed");
+        assert!(clipped(&cut, &quiet(0.001), 2224.0).is_some(), "below full scale");
+        assert!(clipped(&sine(100.0, 0.001), &quiet(0.001), 2224.0).is_none());
+        assert!(
+            clipped(&sine(100.0, 2.0), &quiet(2.0), 2224.0).is_none(),
+            "coarse codes repeat at the top of any pulse"
+        );
+        assert!(clipped(&sine(100.0, 2.0), &quiet(2.0), 100.0).is_some(), "at full scale it is believed");
     }
 }

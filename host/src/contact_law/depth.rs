@@ -11,7 +11,7 @@
 //!   speed and mass are. The shift in time that makes it so is the lag. A loop that runs the wrong way (energy gained) says so, too.
 //!   A lag τ in a contact of length T moves the restitution by π²τ/(2T): of a half sine, δ late by τ makes a loop of Fδ·(π/2)·sin(πτ/T).
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Matrix4, Vector4};
 
 use super::blow::Blow;
 use super::refusal::NotIdentified;
@@ -23,8 +23,9 @@ const SIGNIFICANT: f64 = 4.0;
 /// The ends of a contact that a measured depth is not looked at in, as a part of its length: the instant of contact is only
 /// about known there.
 const ENDS: f64 = 0.02;
-/// Half the width of the stretch that a parabola is laid through for depth and rate, as a part of the contact.
-const SMOOTHED_OVER: f64 = 1.0 / 22.0;
+/// Half the width of the stretch that a cubic is laid through for depth and rate, as a part of the contact. Of a half sine of length T
+/// a cubic over ±h misses (π·h/T)⁴/280 of the depth: less than 10⁻⁵.
+const SMOOTHED_OVER: f64 = 1.0 / 14.0;
 /// How far speed, mass and the gain of the displacement are doubted beyond what is stated, relative.
 const DOUBT: f64 = 0.01;
 
@@ -92,7 +93,7 @@ pub(super) fn measured(blow: &mut Blow) {
         let at = times[place];
         let first = times.partition_point(|time| *time < at - half);
         let last = times.partition_point(|time| *time <= at + half);
-        parabola(&times[first..last], &stroke[first..last], at)
+        cubic(&times[first..last], &stroke[first..last], at)
     };
     let zero = smoothed(0);
     // From the first sample to the contact.
@@ -108,14 +109,14 @@ pub(super) fn measured(blow: &mut Blow) {
     blow.stroke_m = stroke.to_vec();
 }
 
-/// Value and slope at an instant of the parabola through points.
-fn parabola(times_s: &[f64], values: &[f64], at_s: f64) -> (f64, f64) {
+/// Value and slope at an instant of the cubic through points.
+fn cubic(times_s: &[f64], values: &[f64], at_s: f64) -> (f64, f64) {
     let scale = (times_s[times_s.len() - 1] - times_s[0]).max(f64::MIN_POSITIVE);
-    let mut normal = nalgebra::Matrix3::<f64>::zeros();
-    let mut right = nalgebra::Vector3::<f64>::zeros();
+    let mut normal = Matrix4::<f64>::zeros();
+    let mut right = Vector4::<f64>::zeros();
     for (time, value) in times_s.iter().zip(values) {
         let u = (time - at_s) / scale;
-        let row = nalgebra::Vector3::new(1.0, u, u * u);
+        let row = Vector4::new(1.0, u, u * u, u * u * u);
         normal += row * row.transpose();
         right += row * *value;
     }
@@ -177,13 +178,11 @@ fn computed(blow: &Blow) -> Option<(f64, String)> {
     let stroke_m = (blow.quiet.iter().map(|(_, stroke)| stroke * stroke).sum::<f64>() / quiet).sqrt();
     let both_m = stroke_m.hypot(force_n / stiffness);
     let shared = blow.quiet.iter().map(|(force, stroke)| force * stroke).sum::<f64>() / quiet / (force_n * stroke_m);
-    (rest_m < 0.5 * both_m && (shared > 0.5 || stroke_m == 0.0)).then(|| {
-        let noise = if stroke_m == 0.0 {
-            "the stroke has no noise of its own".to_owned()
-        } else {
-            format!("before contact the two share their noise (correlation {shared:.2})")
-        };
-        (stiffness, format!("there is no loop between them, and {noise}"))
+    // Two sensors share none of it, and so differ by the noise of both; a running mean of ten samples is still noticed.
+    (rest_m < 0.92 * both_m && shared > 0.3).then(|| {
+        let because =
+            format!("no loop is between them, and before contact they share their noise (correlation {shared:.2})");
+        (stiffness, because)
     })
 }
 

@@ -6,7 +6,7 @@
 //! |---|---|
 //! | linear | the body spring, exactly |
 //! | Kelvin–Voigt, separating | body spring and `viscous-damping`, exactly |
-//! | Hunt–Crossley with n = 1 | body spring and `hunt-crossley-damping`, exactly |
+//! | Hunt–Crossley, n may be 1 | body spring and `hunt-crossley-damping`, exactly (n = 1 where its interval holds that) |
 //! | n > 1 | body spring and `hardening`, k·δ/(1 − δ/δ_l)^p, laid through k·δⁿ over the depths that were recorded: near |
 //! | n < 1 | the best straight line: near, because nothing in the list softens |
 //! | λ = D/v₀ | `hunt-crossley-damping` with α = D/(1.5·v) at the middle speed: right there, too little loss below, too much above |
@@ -26,8 +26,6 @@ use crate::model::{Interval, Model, ModelMechanism, simulated};
 
 /// Points of an elastic curve that a mechanism is laid through.
 const POINTS: usize = 60;
-/// An exponent this near to 1 is 1 in the file.
-const LINEAR: f64 = 1e-9;
 
 /// The nearest model to a law.
 #[derive(Clone, Debug)]
@@ -57,7 +55,10 @@ pub fn nearest_model(found: &Identification, loaded: &Loaded) -> NearestModel {
     let values = law.values;
     let deepest = deepest_m(found, law);
     let mut because = Vec::new();
-    let elastic = elastic(&values, deepest, &mut because);
+    let exponent = law.parameters.iter().find(|parameter| parameter.name == "exponent");
+    // An exponent that may as well be 1 is 1 in the file.
+    let straight = exponent.is_none_or(|exponent| exponent.low <= 1.0 && 1.0 <= exponent.high);
+    let elastic = elastic(&values, deepest, straight, &mut because);
     let mut mechanisms = Vec::new();
     let mut add = |id: &str, parameters: &[(&str, f64)], intervals: Vec<Option<Interval>>| {
         // Values out of a mechanism's range are left out, and the error that is measured says so.
@@ -122,7 +123,7 @@ fn deepest_m(found: &Identification, law: &Identified) -> f64 {
 }
 
 /// The nearest elastic curve that a rig can have.
-fn elastic(values: &Values, deepest_m: f64, because: &mut Vec<String>) -> Elastic {
+fn elastic(values: &Values, deepest_m: f64, is_straight: bool, because: &mut Vec<String>) -> Elastic {
     let force = |depth: f64| values.reference_n * (depth / values.reference_m).powf(values.exponent);
     let depths: Vec<f64> = (1..=POINTS).map(|step| deepest_m * step as f64 / POINTS as f64).collect();
     // The best factor of a shape, and the squares that it leaves.
@@ -136,10 +137,10 @@ fn elastic(values: &Values, deepest_m: f64, because: &mut Vec<String>) -> Elasti
         }
         (product / square, all - product * product / square)
     };
-    if (values.exponent - 1.0).abs() < LINEAR {
-        return Elastic { stiffness_n_per_m: values.stiffness(), hardening: None };
-    }
     let (straight, left) = scaled(&|depth| depth);
+    if is_straight {
+        return Elastic { stiffness_n_per_m: straight, hardening: None };
+    }
     let mut best = (left, Elastic { stiffness_n_per_m: straight, hardening: None });
     if values.exponent > 1.0 {
         for step in 0..60 {

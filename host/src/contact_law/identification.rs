@@ -26,6 +26,10 @@ const STROKE: &str = "displacement_m";
 const MOST_FOLDS: usize = 24;
 /// A law is not worse than another one when the mean of ln(rest²) is less than this above it, whatever its scatter.
 const IMMATERIAL: f64 = 1e-3;
+/// A simpler law is taken when it is at most this many standard errors worse than the best.
+const SIMPLER: f64 = 1.0;
+/// Laws this many standard errors apart are told apart.
+const ALIKE: f64 = 2.0;
 /// Points of a curve of restitution over speed.
 const CURVE: usize = 25;
 /// A measured stroke that is this much shorter than the robot's way is that of a part.
@@ -465,6 +469,8 @@ fn identified(
         Damping::OverSpeed { .. } => restitution_of_loss(values.damping),
         Damping::Dashpot => motion::restitution(law, &values, identification.mass_kg, speed),
     };
+    // Scatter may have fitted a gain; nothing gains energy.
+    let gives = |speed: f64| gives(speed).min(1.0);
     let steps = if high / low - 1.0 < 0.02 { 1 } else { CURVE };
     let middle = setting.reference_m_per_s;
     Identified {
@@ -558,14 +564,16 @@ fn choose(identification: &mut Identification, speeds_differ: bool) {
     };
     let score = |law: &Identified| law.held_out_n.iter().map(|rest| rest.ln()).sum::<f64>();
     let best = (0..laws.len()).min_by(|a, b| score(&laws[*a]).total_cmp(&score(&laws[*b]))).unwrap_or(0);
-    let as_good = |place: &usize, than: usize| {
-        let (mean, se) = behind(&laws[*place], &laws[than]);
-        mean <= se.max(IMMATERIAL)
+    let as_good = |place: usize, than: usize, errors: f64| {
+        let (mean, se) = behind(&laws[place], &laws[than]);
+        mean <= (errors * se).max(IMMATERIAL)
     };
+    // At one speed, α of the material and a loss that is the same at every speed are one law.
+    let loses = |law: &Law| matches!(law.damping, Damping::Material | Damping::OverSpeed { .. });
     let honest =
         |law: &Identified| law.claimed_restitution.map_or(0.0, |claimed| (claimed - law.true_restitution).abs());
     let chosen = (0..laws.len())
-        .filter(|place| as_good(place, best))
+        .filter(|place| as_good(*place, best, SIMPLER))
         .min_by(|a, b| {
             let (a, b) = (&laws[*a], &laws[*b]);
             let alike = a.law.same_force(b.law);
@@ -578,7 +586,10 @@ fn choose(identification: &mut Identification, speeds_differ: bool) {
     let alike = (0..laws.len())
         .filter(|&place| {
             let (law, named) = (laws[place].law, laws[chosen].law);
-            place != chosen && as_good(&place, chosen) && (law.same_force(named) || !law.contains(named))
+            let one_speed = !speeds_differ && law.exponent == named.exponent && loses(law) && loses(named);
+            place != chosen
+                && (one_speed || as_good(place, chosen, ALIKE))
+                && (law.same_force(named) || !law.contains(named))
         })
         .collect();
     identification.chosen = chosen;
@@ -596,7 +607,7 @@ fn choose(identification: &mut Identification, speeds_differ: bool) {
     {
         cannot.push(no_loss(identification));
     }
-    if speeds_differ {
+    if speeds_differ && matches!(law.law.damping, Damping::OverSpeed { .. }) {
         let same: Vec<&str> = identification
             .laws
             .iter()
@@ -624,7 +635,7 @@ fn no_loss(identification: &Identification) -> String {
         .fold(f64::INFINITY, f64::min);
     if least.is_finite() {
         format!(
-            "No loss shows: a restitution below {least:.3} would have been seen; how it is lost cannot be identified"
+            "No loss shows: a restitution below {least:.4} would have been seen; how it is lost cannot be identified"
         )
     } else {
         "No loss shows, so how it is lost cannot be identified".to_owned()

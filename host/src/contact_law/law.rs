@@ -79,8 +79,12 @@ impl Force {
     /// The force at a depth (m) and its rate (m/s), N.
     #[must_use]
     pub fn at(&self, depth_m: f64, rate_m_per_s: f64) -> f64 {
-        (self.elastic_n(depth_m) * (1.0 + self.lambda_s_per_m * rate_m_per_s) + self.dashpot(depth_m) * rate_m_per_s)
-            .max(0.0)
+        self.with_pull(depth_m, rate_m_per_s).max(0.0)
+    }
+
+    /// The same where nothing lets go: below zero it pulls.
+    pub(super) fn with_pull(&self, depth_m: f64, rate_m_per_s: f64) -> f64 {
+        self.elastic_n(depth_m) * (1.0 + self.lambda_s_per_m * rate_m_per_s) + self.dashpot(depth_m) * rate_m_per_s
     }
 
     /// The part that is there at rest, N.

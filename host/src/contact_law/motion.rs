@@ -53,11 +53,10 @@ impl Motion {
             let next_v = v + step_s / 6.0 * (k1.1 + 2.0 * (k2.1 + k3.1) + k4.1);
             let now = force.at(next_x, next_v);
             if next_v < 0.0 && now <= 0.0 {
-                // The force falls through zero within this step; its tangent tells where.
-                let before = *motion.force_n.last().unwrap_or(&0.0);
-                let earlier = motion.force_n.len().checked_sub(2).map_or(before, |place| motion.force_n[place]);
-                let falls = (earlier - before).max(f64::MIN_POSITIVE);
-                let part = (before / falls).clamp(1e-6, 1.0);
+                // Depth or force falls through zero within this step.
+                let (before, after) =
+                    if next_x <= 0.0 { (x, next_x) } else { (force.at(x, v), force.with_pull(next_x, next_v)) };
+                let part = (before / (before - after).max(f64::MIN_POSITIVE)).clamp(1e-6, 1.0);
                 motion.end_s += part * step_s;
                 motion.separates = true;
                 motion.push(x + part * (next_x - x), v + part * (next_v - v), 0.0);

@@ -6,6 +6,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use crate::contact_law::depth::{Source, reconstructed};
 use crate::contact_law::identification::{Identification, Identified};
+use crate::contact_law::law::{Damping, Law};
 use crate::report::curve::thinned;
 use crate::report::figure::tick;
 
@@ -220,7 +221,7 @@ pub(super) fn restitution(found: &Identification) -> String {
             chart.draw_series(LineSeries::new(ends, MEASURED.stroke_width(3)))?;
             chart.draw_series(std::iter::once(Circle::new((speed, e), 4, BLACK.stroke_width(1))))?;
         }
-        for (turn, place) in distinct(found).into_iter().enumerate() {
+        for (turn, place) in drawn(found).into_iter().enumerate() {
             let (on, off, width) = stroke(turn);
             let line = found.laws[place].restitution.clone();
             if line.len() == 1 {
@@ -238,13 +239,33 @@ pub(super) fn restitution(found: &Identification) -> String {
 }
 
 /// Laws of different forces, the named one before those of the same force.
-fn distinct(found: &Identification) -> Vec<usize> {
+pub(super) fn distinct(found: &Identification) -> Vec<usize> {
     let mut places: Vec<usize> = vec![found.chosen];
     for (place, law) in found.laws.iter().enumerate() {
         if places.iter().all(|&other| !found.laws[other].law.same_force(law.law)) {
             places.push(place);
         }
     }
+    places
+}
+
+/// The names of all laws that give the force of this one.
+pub(super) fn names(found: &Identification, law: &Law) -> String {
+    let same = found.laws.iter().filter(|other| other.law.same_force(law));
+    let others = same.filter(|other| other.law.id != law.id).map(|other| other.law.name);
+    std::iter::once(law.name).chain(others).collect::<Vec<_>>().join(", ")
+}
+
+/// The laws whose restitution is drawn: without loss it is 1, and one line says so.
+fn drawn(found: &Identification) -> Vec<usize> {
+    let mut elastic = false;
+    let mut places = distinct(found);
+    places.retain(|&place| {
+        let lossless = matches!(found.laws[place].law.damping, Damping::None);
+        let again = lossless && elastic;
+        elastic |= lossless;
+        !again
+    });
     places
 }
 
@@ -263,13 +284,18 @@ pub(super) fn legend(found: &Identification) -> Vec<(String, String)> {
             Ok(())
         })
     };
-    let mut entries: Vec<(String, String)> = distinct(found)
+    let lossless = |law: &Law| matches!(law.damping, Damping::None);
+    let mut entries: Vec<(String, String)> = drawn(found)
         .into_iter()
         .enumerate()
         .map(|(turn, place)| {
             let law = found.laws[place].law;
-            let names: Vec<&str> =
-                found.laws.iter().filter(|other| other.law.same_force(law)).map(|other| other.law.name).collect();
+            let names: Vec<&str> = found
+                .laws
+                .iter()
+                .filter(|other| other.law.same_force(law) || (lossless(other.law) && lossless(law)))
+                .map(|other| other.law.name)
+                .collect();
             (swatch(stroke(turn)), names.join(", "))
         })
         .collect();

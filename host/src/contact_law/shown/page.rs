@@ -64,10 +64,10 @@ pub fn page(found: &Identification, answer: &Answer, nearest: &NearestModel, nam
                     ". Thin and black: the law. Recordings of the lowest, a middle and the highest peak. Below each: what the law leaves of them, the lowest peak in grey, the highest heavy; dotted: ±2 standard deviations of noise."
                 }
                 div.multiples {
-                    @for law in &found.laws {
+                    @for law in figure::distinct(found).into_iter().map(|place| &found.laws[place]) {
                         figure {
                             (PreEscaped(figure::loops(found, law)))
-                            figcaption { strong { (law.law.name) } ": " (law.law.equation) "; rest " (short(law.rmse_n)) " N rms" }
+                            figcaption { strong { (figure::names(found, law.law)) } ": " (law.law.equation) "; rest " (short(law.rmse_n)) " N rms" }
                         }
                     }
                 }
@@ -144,7 +144,7 @@ fn laws(found: &Identification) -> Markup {
         table {
             thead { tr {
                 th { "law" } th.number { "held out, N" } th.number { "÷ noise" } th.number { "fitted, N" } th.number { "exponent" }
-                th.number { "restitution at " (short(found.middle.2)) " m/s" } th.number { "it claims" } th { "" }
+                th.number { "restitution at " (found.middle.2) " m/s" } th.number { "it claims" } th { "" }
             } }
             tbody {
                 @for (place, law) in found.laws.iter().enumerate() {
@@ -193,8 +193,8 @@ fn recordings(found: &Identification) -> Markup {
                 @for (recording, rest) in found.recordings.iter().zip(&found.law().held_out_n) {
                     tr {
                         td { (recording.file) }
-                        td.number { (short(recording.speed_m_per_s)) }
-                        td.number { (short(recording.mass_kg)) }
+                        td.number { (recording.speed_m_per_s) }
+                        td.number { (recording.mass_kg) }
                         td.number { (format!("{:.1}", recording.peak_n)) }
                         td.number { (format!("{:.3} ± {:.3}", recording.restitution.0, recording.restitution.1)) }
                         td.number { (short(*rest)) }

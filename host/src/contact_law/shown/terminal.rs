@@ -31,8 +31,8 @@ pub fn screenful(found: &Identification, nearest: &NearestModel, name: &str) -> 
         &format!(
             "{} recordings at {} to {} m/s; depth {}.",
             found.recordings.len(),
-            short(found.recordings.iter().map(|recording| recording.speed_m_per_s).fold(f64::INFINITY, f64::min)),
-            short(found.recordings.iter().map(|recording| recording.speed_m_per_s).fold(0.0, f64::max)),
+            found.recordings.iter().map(|recording| recording.speed_m_per_s).fold(f64::INFINITY, f64::min),
+            found.recordings.iter().map(|recording| recording.speed_m_per_s).fold(0.0, f64::max),
             match found.source {
                 Source::Measured => "measured",
                 Source::Reconstructed => "reconstructed from force, mass and speed",
@@ -52,7 +52,7 @@ pub fn screenful(found: &Identification, nearest: &NearestModel, name: &str) -> 
     }
     say(table.to_string().trim_end());
     say("");
-    let middle = format!("e at {} m/s", short(found.middle.2));
+    let middle = format!("e at {} m/s", found.middle.2);
     let mut table = Table::new(&[
         ("law", Side::Left),
         ("held out N", Side::Right),
