@@ -291,7 +291,7 @@ fn table_of_accuracy() {
     for (heading, stroke_m) in [("reconstructed", None), ("measured", Some(2e-5))] {
         println!("\n| law, depth {heading} | parameter | rms error % | half interval % | intervals that hold |");
         println!("|---|---|---|---|---|");
-        for row in accuracy(60, stroke_m) {
+        for row in accuracy(24, stroke_m) {
             println!(
                 "| {} | {} | {:.2} | {:.2} | {} of {} |",
                 row.law,
@@ -574,4 +574,32 @@ fn bad_input_gets_a_sentence_with_place_and_remedy() {
     let fall = folder.join("fall").display().to_string();
     passes(&["simulate", "--kind", "fall", "--speeds", "1", "--masses", "1", "--out", &fall]);
     assert!(refusal(&["identify", &fall]).contains("nothing is touched"));
+}
+
+/// A real robot's drives onto a sensor: two of each controller, which is what a linear law asks for and no other, and a structure that
+/// rings, which no contact law is.
+#[test]
+fn two_drives_of_a_real_robot_carry_one_parameter_and_no_more() {
+    let drives = |controller: &str, mass: Estimate| -> Option<Loaded> {
+        let mut loaded =
+            recorded(linear, &Plan { masses: vec![6.0], repeats: 1, speeds: vec![0.1, 0.25], ..Plan::default() });
+        loaded.campaign.chain.full_scale = 3000.0;
+        for (number, speed) in ["0.10", "0.25"].iter().enumerate() {
+            let file = format!("ur10e_direct_contact/force_{controller}_v{speed}.csv");
+            loaded.recordings[number] = thud::recording::read(&shared_recordings::find(&file)?).unwrap();
+            let entry = &mut loaded.campaign.recordings[number];
+            (entry.file, entry.effective_mass_kg) = (file, mass);
+        }
+        Some(loaded)
+    };
+    let Some(robot) = drives("ur_gain1", Estimate::new(15.0, 4.0)) else { return };
+    let law = found(&robot, &Options::default());
+    assert_eq!(named(&law), ["linear"]);
+    assert_eq!(law.unfitted.len(), 6, "{:?}", law.unfitted);
+    assert!(law.notes.iter().any(|note| note.contains("something besides the contact acts")), "{:?}", law.notes);
+    // The flange's pulse is six samples long.
+    let Some(flange) = drives("acf_ramp0.1s_fzero10N", Estimate::new(5.0, 2.0)) else { return };
+    let refusal = identify(&flange, &Options::default(), &mut |_| {}).err().expect("a refusal");
+    let NotIdentified::TooFew { usable: 0, because, .. } = refusal else { panic!("{refusal}") };
+    assert!(because.iter().all(|sentence| sentence.contains("samples long")), "{because:?}");
 }

@@ -98,11 +98,11 @@ pub(super) fn measured(blow: &mut Blow) {
     let zero = smoothed(0);
     // From the first sample to the contact.
     let zero_m = zero.0 - zero.1 * (times[0] - blow.contact_s);
-    for place in 0..times.len() {
-        if inside(times[place]) {
+    for (place, (&time, &force)) in times.iter().zip(force).enumerate() {
+        if inside(time) {
             let (stroke_m, rate) = smoothed(place);
-            blow.full.times_s.push(times[place]);
-            blow.full.force_n.push(force[place]);
+            blow.full.times_s.push(time);
+            blow.full.force_n.push(force);
             blow.full.depth.push((stroke_m - zero_m, rate));
         }
     }

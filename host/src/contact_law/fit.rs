@@ -272,11 +272,10 @@ impl Setting<'_> {
                 };
                 columns.push(column);
             }
-            let sd = self.own_sd(number);
-            for own in 0..OWN {
+            for (own, sd) in self.own_sd(number).into_iter().enumerate() {
                 let place = first_own + own;
-                matrix[(place, place)] += sd[own].powi(-2);
-                gradient[place] -= point.own[number][own] * sd[own].powi(-2);
+                matrix[(place, place)] += sd.powi(-2);
+                gradient[place] -= point.own[number][own] * sd.powi(-2);
             }
             for (left, &row) in places.iter().enumerate() {
                 gradient[row] -= columns[left].dot(&here);
