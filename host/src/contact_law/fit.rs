@@ -27,8 +27,10 @@ const OWN: usize = 4;
 const MOST: usize = 40;
 /// An iteration that gains less than this in χ² is the last.
 const SMALL_GAIN: f64 = 1e-3;
-/// Most rounds of a fit, each with another weight and, for a law with a step, other instants.
+/// Most rounds of a fit, each with another weight.
 const ROUNDS: usize = 12;
+/// Samples on either side of a law's step that are not fitted.
+const NEAR_STEP: f64 = 2.5;
 /// Step of the differences that stand for derivatives, in scaled coordinates.
 const STEP: f64 = 1e-4;
 /// How far a measured depth's zero may be off, as a part of the reference depth.
@@ -181,10 +183,26 @@ impl Setting<'_> {
         let series = &blow.fitted;
         let scale = series.group.sqrt() / (blow.noise_n * inflation);
         let predicted = self.predicted(law, point, number, series)?;
+        // A law that begins with a step has a least square in every gap between two samples, out of which no derivative leads. So the
+        // samples next to the step, which filters of the chain smear in any case, are not fitted; they are judged.
+        let (from, to) = self.step(law, point, number);
         Some(DVector::from_iterator(
             predicted.len(),
-            series.force_n.iter().zip(&predicted).map(|(force, predicted)| (force - predicted) * scale),
+            predicted.iter().zip(&series.force_n).zip(&series.times_s).map(|((predicted, force), time)| {
+                if from < *time && *time < to { 0.0 } else { (force - predicted) * scale }
+            }),
         ))
+    }
+
+    /// From when to when a law's step is near, s; an empty stretch where it has none.
+    fn step(&self, law: &Law, point: &Point, number: usize) -> (f64, f64) {
+        if self.source == Source::Measured || !matches!(law.damping, Damping::Dashpot) {
+            return (0.0, 0.0);
+        }
+        let times = &self.blows[number].fitted.times_s;
+        let sample_s = (times[times.len() - 1] - times[0]) / (times.len() - 1) as f64;
+        let contact_s = self.contact_s(point, number);
+        (contact_s - NEAR_STEP * sample_s, contact_s + NEAR_STEP * sample_s)
     }
 
     /// Standard deviations of what each blow has for itself, in the coordinates' units.
@@ -336,35 +354,6 @@ impl Setting<'_> {
         Some((point, cost))
     }
 
-    /// Moves each instant of contact to the best place near it, half a sample apart: a law that begins with a step has a least square in
-    /// every gap between two samples, out of which no derivative leads. Whether any moved.
-    fn place_steps(&self, law: &Law, point: &mut Point, part: &[usize], inflation: f64) -> Option<bool> {
-        const NEAR: i32 = 12;
-        if self.source == Source::Measured || !matches!(law.damping, Damping::Dashpot) {
-            return Some(false);
-        }
-        let mut moved = false;
-        for &number in part {
-            let series = &self.blows[number].fitted;
-            let sample_s =
-                (series.times_s[series.times_s.len() - 1] - series.times_s[0]) / (series.times_s.len() - 1) as f64;
-            let half = 0.5 * sample_s / self.blows[number].duration_s();
-            let mut best = (self.residual(law, point, number, inflation)?.norm_squared(), point.own[number][0]);
-            let middle = point.own[number][0];
-            for place in -NEAR..=NEAR {
-                point.own[number][0] = middle + half * f64::from(place);
-                if let Some(residual) = self.residual(law, point, number, inflation)
-                    && residual.norm_squared() < best.0
-                {
-                    best = (residual.norm_squared(), point.own[number][0]);
-                }
-            }
-            moved |= best.1 != middle;
-            point.own[number][0] = best.1;
-        }
-        Some(moved)
-    }
-
     fn move_by(&self, point: &mut Point, step: &DVector<f64>, part: &[usize]) {
         let law = point.law.len();
         for (place, value) in point.law.iter_mut().enumerate() {
@@ -400,23 +389,16 @@ impl Setting<'_> {
             // As what is left tells how far the law can be believed, it is weighed by it from the next round on.
             inflation = self.left(law, &point, part)?.max(1.0);
             for _ in 0..ROUNDS {
-                let moved = self.place_steps(law, &mut point, part, inflation)?;
                 (point, _) = self.settle(law, point, part, inflation, true)?;
                 let left = self.left(law, &point, part)?.max(1.0);
                 let settled = (left / inflation - 1.0).abs() < 0.02;
                 inflation = left;
-                if settled && !moved {
+                if settled {
                     break;
                 }
             }
         } else {
-            for _ in 0..ROUNDS {
-                let moved = self.place_steps(law, &mut point, part, inflation)?;
-                (point, _) = self.settle(law, point, part, inflation, true)?;
-                if !moved {
-                    break;
-                }
-            }
+            (point, _) = self.settle(law, point, part, inflation, true)?;
         }
         let (matrix, _) = self.normal(law, &point, part, inflation, true)?;
         let covariance = matrix.cholesky()?.inverse();
@@ -429,11 +411,7 @@ impl Setting<'_> {
     pub(super) fn left_out(&self, fit: &Fit, number: usize) -> Option<f64> {
         let mut start = fit.point.clone();
         start.own[number] = [0.0; OWN];
-        for _ in 0..2 {
-            self.place_steps(fit.law, &mut start, &[number], fit.inflation)?;
-            (start, _) = self.settle(fit.law, start, &[number], fit.inflation, false)?;
-        }
-        let point = start;
+        let (point, _) = self.settle(fit.law, start, &[number], fit.inflation, false)?;
         self.mean_square(fit.law, &point, number)
     }
 
