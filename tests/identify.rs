@@ -185,6 +185,13 @@ fn found(loaded: &Loaded, options: &Options) -> Identification {
     identify(loaded, options, &mut |_| {}).unwrap_or_else(|refusal| panic!("{refusal}"))
 }
 
+fn refused(loaded: &Loaded, options: &Options) -> NotIdentified {
+    match identify(loaded, options, &mut |_| {}) {
+        Err(refusal) => refusal,
+        Ok(found) => panic!("{} was named", found.law().law.name),
+    }
+}
+
 fn parameter(found: &Identification, law: &str, name: &str) -> (f64, f64, f64) {
     let law = found.laws.iter().find(|other| other.law.id == law).unwrap_or_else(|| panic!("{law} is not fitted"));
     let parameter = law.parameters.iter().find(|parameter| parameter.name == name).unwrap();
@@ -218,8 +225,11 @@ fn the_right_law_is_named_on_recordings_left_out() {
     }
 }
 
+/// A law with its parameters.
+type True = (&'static str, Law, Vec<(&'static str, f64)>);
+
 /// What each law's parameters truly are.
-fn truths() -> Vec<(&'static str, Law, Vec<(&'static str, f64)>)> {
+fn truths() -> Vec<True> {
     vec![
         ("linear", linear, vec![("stiffness", 25_000.0)]),
         ("hertz", hertz, vec![("stiffness", 3.0e5), ("exponent", 1.5)]),
@@ -354,7 +364,7 @@ fn a_depth_that_is_the_force_over_a_stiffness_is_refused() {
         (0..force.len()).map(|place| (mean(place) / 20_000.0 * 1e7).round() / 1e7).collect()
     });
     for computed in [exact, rounded] {
-        let refusal = identify(&computed, &Options::default(), &mut |_| {}).err().expect("a refusal");
+        let refusal = refused(&computed, &Options::default());
         let NotIdentified::Computed { stiffness_n_per_m, .. } = refusal else { panic!("{refusal}") };
         assert!((stiffness_n_per_m - 20_000.0).abs() < 100.0, "{stiffness_n_per_m}");
         // The remedy works.
@@ -424,10 +434,10 @@ fn what_cannot_be_told_is_said_and_not_fitted() {
         Some("3 parameters ask for 4 recordings (one of them to be left out), and 3 can be used; record 1 more")
     );
     assert!(few.laws.iter().any(|law| law.law.id == "hertz"));
-    let refusal = identify(&recorded(hunt_crossley, &three), &only(&["flores"]), &mut |_| {}).err().expect("a refusal");
+    let refusal = refused(&recorded(hunt_crossley, &three), &only(&["flores"]));
     assert!(matches!(refusal, NotIdentified::NoLaw(_)), "{refusal}");
     let single = Plan { speeds: vec![0.2], masses: vec![6.0], repeats: 1, ..Plan::default() };
-    let refusal = identify(&recorded(linear, &single), &Options::default(), &mut |_| {}).err().expect("a refusal");
+    let refusal = refused(&recorded(linear, &single), &Options::default());
     assert!(matches!(refusal, NotIdentified::TooFew { usable: 1, .. }), "{refusal}");
 }
 
@@ -599,7 +609,7 @@ fn two_drives_of_a_real_robot_carry_one_parameter_and_no_more() {
     assert!(law.notes.iter().any(|note| note.contains("something besides the contact acts")), "{:?}", law.notes);
     // The flange's pulse is six samples long.
     let Some(flange) = drives("acf_ramp0.1s_fzero10N", Estimate::new(5.0, 2.0)) else { return };
-    let refusal = identify(&flange, &Options::default(), &mut |_| {}).err().expect("a refusal");
+    let refusal = refused(&flange, &Options::default());
     let NotIdentified::TooFew { usable: 0, because, .. } = refusal else { panic!("{refusal}") };
     assert!(because.iter().all(|sentence| sentence.contains("samples long")), "{because:?}");
 }

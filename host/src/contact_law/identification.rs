@@ -420,7 +420,9 @@ fn fit_one(setting: &Setting<'_>, law: &'static Law) -> Option<Fitted> {
     let all: Vec<usize> = (0..count).collect();
     let fit = setting.fit(law, &all, None)?;
     let folds = count.min(MOST_FOLDS);
-    let without: Option<Vec<(Vec<f64>, Vec<(usize, f64)>)>> = (0..folds)
+    // Coordinates without a fold, and what they leave of each blow in it.
+    type Without = (Vec<f64>, Vec<(usize, f64)>);
+    let without: Option<Vec<Without>> = (0..folds)
         .into_par_iter()
         .map(|fold| {
             let part: Vec<usize> = all.iter().copied().filter(|number| number % folds != fold).collect();
