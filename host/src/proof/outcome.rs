@@ -26,6 +26,8 @@ pub struct Outcome {
     pub scores: Scores,
     /// Telling ones.
     pub stories: Vec<Story>,
+    /// The diagnosis beside other people's methods on the same cases; nothing where those have not been run.
+    pub peers: Vec<Compared>,
     /// Each case.
     pub cases: Vec<Judged>,
 }
@@ -45,36 +47,6 @@ pub struct Origin {
     pub program_sha256: String,
     /// Processes side by side.
     pub jobs: usize,
-<<<<<<< HEAD
-=======
-    /// What is to be reached, and what was.
-    pub targets: Vec<Target>,
-    /// All scores.
-    pub scores: Scores,
-    /// Telling ones.
-    pub stories: Vec<Story>,
-    /// The diagnosis beside other people's methods on the same cases; nothing where those have not been run.
-    pub peers: Vec<Compared>,
-    /// Each case.
-    pub cases: Vec<Judged>,
-}
-
-/// Where a run came from.
-#[derive(Clone, Debug)]
-pub struct Origin {
-    /// The seed.
-    pub seed: u64,
-    /// Which cases, in words.
-    pub composition: String,
-    /// Whether the answers were under seal.
-    pub sealed: bool,
-    /// SHA-256 of the plain answers.
-    pub answers_sha256: String,
-    /// SHA-256 of the program.
-    pub program_sha256: String,
-    /// Processes side by side.
-    pub jobs: usize,
->>>>>>> peers
 }
 
 impl Outcome {
@@ -84,23 +56,6 @@ impl Outcome {
         let stories = choose(&cases);
         let cases: Vec<Judged> = cases.into_iter().map(|(_, judged)| judged).collect();
         let scores = Scores::of(&cases);
-<<<<<<< HEAD
-        Self { format: FORMAT, origin, targets: targets(&cases, &scores), scores, stories, cases }
-=======
-        Self {
-            format: FORMAT,
-            seed: origin.seed,
-            composition: origin.composition,
-            sealed: origin.sealed,
-            answers_sha256: origin.answers_sha256,
-            program_sha256: origin.program_sha256,
-            jobs: origin.jobs,
-            targets: targets(&cases, &scores),
-            scores,
-            stories,
-            peers: Vec::new(),
-            cases,
-        }
->>>>>>> peers
+        Self { format: FORMAT, origin, targets: targets(&cases, &scores), scores, stories, peers: Vec::new(), cases }
     }
 }

@@ -26,7 +26,6 @@ td.number { white-space: nowrap } .missed td { font-weight: bold } .note { color
 #[must_use]
 pub fn page(outcome: &Outcome) -> String {
     let scores = &outcome.scores;
-<<<<<<< HEAD
     let body = html! {
         h1 { (TITLE) }
         p {
@@ -57,73 +56,11 @@ pub fn page(outcome: &Outcome) -> String {
             p {
                 "Of " (scores.imitated.of) " cases with something that is not in the list, " (scores.imitated.hits) " were named as something else that describes
                  them within half a per cent of the true model on recordings held out: there, nothing in the data calls for “unexplained”."
-=======
-    html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width";
-                title { "Is what is hidden found?" }
-                style { (PreEscaped(STYLE)) (PreEscaped(OWN_STYLE)) }
             }
-            body {
-                h1 { "Is what is hidden found?" }
-                p {
-                    "A simulator that shares no code with the diagnosis made " (outcome.cases.len()) " campaigns and hid physics in them, or hid
-                     nothing. Each was diagnosed by a process that had the campaign and nothing else. Then the answers were opened. This page is the
-                     comparison."
-                }
-                (origin(outcome))
-                h2 { "What is to be reached, and what was" }
-                (targets(&outcome.targets))
-                p.note {
-                    "Intervals hold the true share in 95 of 100 such runs (shares: Wilson; medians: order statistics); a question mark where they hold both yes and no. d is the strength of what
-                     is hidden: the norm of what the best re-tuned simulation leaves of it, in units of the noise."
-                }
-                h2 { "By way of concealing" }
-                (picture(&scores.by_way, |group| (group.right, None), "The right verdict: for what may be named, named and within the named set; else \
-                    “unexplained” or “consistent” as it is right. Pairs are two effects at once."))
-                (groups(&scores.by_way))
-                @if !scores.by_strength.is_empty() {
-                    h2 { "One effect, by strength" }
-                    (picture(&scores.by_strength, |group| (group.first, Some(group.within)), "Filled: named first. Outline: within the set that the tool cannot tell apart."))
-                    (groups(&scores.by_strength))
-                }
-                h2 { "By effect" }
-                (picture(&scores.by_effect, |group| (if group.first.of > 0 { group.first } else { group.right }, (group.first.of > 0).then_some(group.within)),
-                    "Effects of the list: named first (filled), within the named set (outline). Effects that are not in the list, or were taken out of it: called “unexplained”."))
-                @if scores.imitated.of > 0 {
-                    p {
-                        "Of " (scores.imitated.of) " cases with something that is not in the list, " (scores.imitated.hits) " were named as something else that describes
-                         them within half a per cent of the true model on recordings held out: there, nothing in the data calls for “unexplained”."
-                    }
-                }
-                @if !outcome.peers.is_empty() {
-                    h2 { "Other methods on the same cases" }
-                    (super::peers::table(&outcome.peers))
-                }
-                h2 { "Who was taken for whom" }
-                figure.matrix {
-                    (PreEscaped(figure::confusion(&scores.confusion)))
-                    figcaption {
-                        "Rows: what was hidden alone (with an asterisk: not in the tool's list, or taken out of it). Columns: what the tool named first, or its
-                         verdict. The darker, the larger the share of the row; a heavy frame is where it should be."
-                    }
-                }
-                @if !outcome.stories.is_empty() {
-                    h2 { "Telling cases" }
-                    dl { @for story in &outcome.stories { dt { (story.name.replace('-', " ")) } dd { (story.about) " (case " (story.case) ")" } } }
-                }
-                h2 { "When it says p, is it p?" }
-                (calibration(outcome))
-                h2 { "Numbers" }
-                (parameters(outcome))
-                h2 { "Every case" }
-                (cases(&outcome.cases))
-                (definitions())
->>>>>>> peers
-            }
+        }
+        @if !outcome.peers.is_empty() {
+            h2 { "Other methods on the same cases" }
+            (super::peers::table(&outcome.peers))
         }
         h2 { "Who was taken for whom" }
         figure.matrix {
