@@ -197,6 +197,12 @@ fn frame_text(frame: &Frame) -> String {
     frame.bytes().iter().fold(format!("{:03X}#", frame.id), |text, byte| format!("{text}{byte:02X}"))
 }
 
+/// How many sockets hear every frame of an interface.
+fn listeners(interface: &str) -> usize {
+    let all = std::fs::read_to_string("/proc/net/can/rcvlist_all").unwrap_or_default();
+    all.lines().filter(|line| line.split_whitespace().next() == Some(interface)).count()
+}
+
 /// The whole tool over SocketCAN, logged by `thud log` and by candump at the same time: both logs hold the events that were shown live;
 /// canplayer and log2asc read ours.
 #[test]
@@ -214,7 +220,11 @@ fn a_sensor_lives_on_it_and_its_log_is_can_utils_log() {
     while json(&["status", "--bus", "vcan3"])["sensors"][0]["settled"] != true {}
 
     let dumped = std::fs::File::create(file("candump.log")).unwrap();
+    let before = listeners("vcan3");
     let mut dump = Running(Command::new("candump").args(["-L", "vcan3"]).stdout(dumped).spawn().unwrap());
+    // It says nothing when it is ready; the kernel does.
+    let begun = std::time::Instant::now();
+    while listeners("vcan3") <= before && begun.elapsed() < Duration::from_secs(10) {}
     let mut logging = Running::start(&mut on_bus(&["log", "--out", &file("thud.log"), "--duration", "12"]));
     // It has asked who is there, and listens.
     while std::fs::read_to_string(file("thud.log")).map_or(0, |text| text.lines().count()) < 20 {}
