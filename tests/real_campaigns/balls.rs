@@ -39,7 +39,7 @@ pub fn all() -> Vec<Real> {
                 Campaign {
                     kind: "fall",
                     body_n_per_m: None,
-                    sample_rate_hz: 20.0,
+                    sample_rate_hz: 15.0,
                     noise_rms: 0.15,
                     full_scale: 60.0,
                     observed: "height_m",
