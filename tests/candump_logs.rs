@@ -5,8 +5,10 @@ use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
+use multicast::group;
 use serde_json::Value;
 
+mod multicast;
 mod python;
 
 const THUD: &str = env!("CARGO_BIN_EXE_thud");
@@ -51,8 +53,7 @@ impl Drop for Running {
 
 /// Two sensors that are hit, followed live and logged at the same time; the events as live, and the log.
 fn logged(port: u16, name: &str) -> (Value, String) {
-    let [_, _, high, low] = std::process::id().to_be_bytes();
-    let bus = format!("udp:239.76.{high}.{low}:{port}");
+    let bus = format!("udp:{}:{port}", group());
     let folder = folder(name);
     let log = folder.join("bus.log").display().to_string();
     let live = folder.join("live.json").display().to_string();

@@ -13,6 +13,7 @@ use thud::bus::Bus;
 use thud::bus::address::BusAddress;
 use thud_firmware::board::Frame;
 
+mod multicast;
 mod python;
 
 /// The folder with the examples.
@@ -32,8 +33,7 @@ impl Lab {
     /// A settled sensor; `None` where there is no Python.
     fn new(port: u16) -> Option<Self> {
         let python = python::python("can, msgpack, canopen, cantools")?;
-        let [_, _, high, low] = std::process::id().to_be_bytes();
-        let group = format!("239.77.{high}.{low}");
+        let group = multicast::group();
         let mut sensor = Command::new(env!("CARGO_BIN_EXE_thud"))
             .args(["sensor", "--serial", "77", "--region", "chest", "--mass", "6.1"])
             .args(["--bus", &format!("udp:{group}:{port}")])

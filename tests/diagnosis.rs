@@ -154,6 +154,34 @@ fn a_rig_that_hides_nothing_is_consistent_in_a_screenful() {
     assert_ne!(evaluation["verdict"], "holds", "{evaluation}");
 }
 
+/// Where samples were lost is each recording's own: the model's instant is not theirs.
+#[test]
+fn a_model_with_an_instant_of_each_impact_finds_it_in_each_recording() {
+    let folder = TempDir::new().unwrap();
+    std::fs::write(
+        folder.path().join("lossy.toml"),
+        "format = \"thud-model/1\"\nname = \"lossy\"\n[rig]\nkind = \"impact\"\n\
+         body_stiffness_N_per_m = { value = 25000.0, sd = 1250.0 }\n\
+         pad_stiffness_N_per_m = { value = 80000.0, sd = 20000.0 }\n\
+         [[mechanism]]\nid = \"lost-samples\"\n[mechanism.parameters]\n\
+         lost_s = { value = 0.004, low = 0.0039, high = 0.0041 }\nat_s = { value = 0.005 }\n",
+    )
+    .unwrap();
+    let evaluated = |more: &[&str], folder: &TempDir| -> Value {
+        campaign(folder, "next", &[&RIG[..], &["--seed", "3", "--replace"], more].concat());
+        serde_json::from_str(&succeeds(folder, &["evaluate", "lossy.toml", "next", "--json", "-"])).unwrap()
+    };
+    for at_s in ["0.02", "0.03"] {
+        let lost = format!("lost-samples:lost_s=0.004,at_s={at_s}");
+        let evaluation = evaluated(&["--mechanism", &lost], &folder);
+        // From the model's own instant alone a fit leaves twice the noise.
+        assert!(number(&evaluation, "noise_ratio") < 1.1, "lost at {at_s} s: {evaluation}");
+    }
+    // Where nothing was lost, nothing has to be.
+    let evaluation = evaluated(&[], &folder);
+    assert_eq!(evaluation["verdict"], "holds", "{evaluation}");
+}
+
 #[test]
 fn what_cannot_be_used_is_refused_with_a_sentence() {
     let folder = TempDir::new().unwrap();

@@ -7,11 +7,13 @@ use std::io::{BufRead as _, BufReader};
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
+use multicast::group;
 use python::python;
 use thud::bus::address::BusAddress;
 use thud::bus::{Bus, Stamped};
 use thud_firmware::board::Frame;
 
+mod multicast;
 mod python;
 
 /// Says when it is ready, and returns every frame with its data reversed under the next identifier. After 0x7FE it
@@ -74,7 +76,9 @@ fn exchange(group: &str, written: &str, port: u16) {
     let mut bus = match address.open() {
         Ok(bus) => bus,
         Err(error) => {
-            assert!(group.contains(':'), "IPv4 multicast must work: {error}");
+            // `cargo xtask vcan` brings a kernel with both along.
+            let wanted = std::env::var_os("THUD_VCAN").is_some();
+            assert!(group.contains(':') && !wanted, "multicast must work: {error}");
             println!("skipped, no IPv6 multicast here: {error}");
             return;
         }
@@ -107,24 +111,16 @@ fn next(bus: &mut dyn Bus) -> Stamped {
     bus.receive(Duration::from_secs(10)).unwrap().expect("python-can answers")
 }
 
-/// The low half of the process id, so that the same tests in another folder use other groups.
-fn own() -> [u8; 2] {
-    let [_, _, high, low] = std::process::id().to_be_bytes();
-    [high, low]
-}
-
 #[test]
 fn python_can_and_thud_exchange_frames_over_ipv4() {
-    let [high, low] = own();
-    let group = format!("239.76.{high}.{low}");
+    let group = group();
     exchange(&group, &format!("udp:{group}:43301"), 43_301);
 }
 
 #[test]
 fn python_can_and_thud_exchange_frames_over_ipv6() {
-    let [high, low] = own();
     // Site-local as python-can's default group is.
-    let group = format!("ff15::{high:x}:{low:x}");
+    let group = format!("ff15::{:x}", std::process::id() & 0xFFFF);
     exchange(&group, &format!("udp:[{group}]:43302"), 43_302);
 }
 

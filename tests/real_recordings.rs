@@ -10,6 +10,7 @@ use thud_firmware::configuration::Configuration;
 use thud_firmware::limits::Region;
 use thud_firmware::units::Kilogram;
 
+mod real_campaigns;
 mod shared_recordings;
 
 fn configuration() -> Configuration {
@@ -132,4 +133,58 @@ fn every_recording_is_read() {
         }
     }
     assert!(read > 30, "{read} recordings");
+}
+
+/// What the tool says to a campaign of real recordings, in a process that has nothing but the campaign.
+fn diagnosed(real: &real_campaigns::Real, recordings: &std::path::Path, out: &std::path::Path) -> serde_json::Value {
+    let campaign = out.join(&real.name);
+    std::fs::create_dir_all(&campaign).unwrap();
+    (real.make)(recordings, &campaign).write(&campaign);
+    let thud = std::process::Command::new(env!("CARGO_BIN_EXE_thud"))
+        .arg("diagnose")
+        .arg(&campaign)
+        .args(["--json", "-"])
+        .output()
+        .unwrap();
+    assert!(thud.status.success(), "{}: {}", real.name, String::from_utf8_lossy(&thud.stderr));
+    serde_json::from_slice(&thud.stdout).unwrap()
+}
+
+/// Every real campaign can be made and is read without complaint. `cargo run --release -p thud --example real`
+/// diagnoses all of them; docs/proof.md has its table.
+#[test]
+fn every_real_campaign_is_a_campaign() {
+    let Some(recordings) = find("") else { return };
+    let out = tempfile::TempDir::new().unwrap();
+    let all = real_campaigns::all();
+    assert!(all.len() > 15);
+    for real in all {
+        assert!(!real.about.is_empty() && !real.documented.is_empty(), "{}", real.name);
+        let folder = out.path().join(&real.name);
+        std::fs::create_dir_all(&folder).unwrap();
+        (real.make)(&recordings, &folder).write(&folder);
+        let loaded = thud::campaign::load(&folder).unwrap_or_else(|error| panic!("{}: {error}", real.name));
+        assert!(loaded.warnings.is_empty(), "{}: {:?}", real.name, loaded.warnings);
+    }
+}
+
+/// The friction of a real piston is found in the motion that it leaves, at 1 and 7 bar of pressure. Its authors measured it: half the width of
+/// the loop, freed of the pressure, is 3.9 N and 7.8 N.
+#[test]
+fn the_friction_of_a_real_piston_is_named_and_measured() {
+    let Some(recordings) = find("") else { return };
+    let out = tempfile::TempDir::new().unwrap();
+    for (name, half_width_n) in [("piston-1-bar", 3.9), ("piston-7-bar", 7.8)] {
+        let real = real_campaigns::all().into_iter().find(|real| real.name == name).unwrap();
+        let answer = diagnosed(&real, &recordings, out.path());
+        let named = real_campaigns::named(&answer);
+        assert_eq!(
+            real.expected.agrees(&answer),
+            real_campaigns::Agreement::Yes,
+            "{name}: {} {named:?}",
+            answer["verdict"]
+        );
+        let force_n = answer["mechanisms"][0]["parameters"][0]["value"].as_f64().unwrap();
+        assert!((force_n / half_width_n - 1.0).abs() < 0.2, "{name}: {force_n} N");
+    }
 }

@@ -5,7 +5,10 @@ use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
+use multicast::group;
 use serde_json::Value;
+
+mod multicast;
 
 const THUD: &str = env!("CARGO_BIN_EXE_thud");
 
@@ -241,8 +244,7 @@ impl Drop for Running {
 #[test]
 fn a_motion_is_streamed_to_the_sensor_and_judged_with() {
     let (iiwa, folder) = (iiwa().display().to_string(), folder("motion"));
-    let [_, _, high, low] = std::process::id().to_be_bytes();
-    let bus = format!("udp:239.75.{high}.{low}:43541");
+    let bus = format!("udp:{}:43541", group());
     let motion = folder.join("motion.csv").display().to_string();
     // Ever further down, with a column that is nobody's joint.
     let rows: String = (0..=20)

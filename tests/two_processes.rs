@@ -6,15 +6,12 @@ use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
+use multicast::group;
 use serde_json::Value;
 
-const THUD: &str = env!("CARGO_BIN_EXE_thud");
+mod multicast;
 
-/// A multicast group of this process's own: the same tests may run in another folder at the same time.
-fn group() -> String {
-    let [_, _, high, low] = std::process::id().to_be_bytes();
-    format!("239.75.{high}.{low}")
-}
+const THUD: &str = env!("CARGO_BIN_EXE_thud");
 
 /// A bus that nobody else uses.
 struct Lab {
@@ -335,6 +332,14 @@ fn several_sensors_are_one_table() {
     let status = lab.json(&["status"]);
     let nodes: Vec<_> = status["sensors"].as_array().unwrap().iter().map(|sensor| sensor["node"].clone()).collect();
     assert_eq!(nodes, [10, 20]);
+    let printed = String::from_utf8(lab.run(&["status"]).stdout).unwrap();
+    let mut rows = printed.lines().map(|line| line.split_whitespace().collect::<Vec<_>>());
+    assert!(rows.any(|row| row.starts_with(&["node", "serial"])), "one heading: {printed}");
+    for (node, serial, region) in [("10", "11", "chest"), ("20", "12", "hand")] {
+        let row = rows.next().unwrap_or_default();
+        assert!(row.starts_with(&[node, serial]) && row.contains(&region), "the next row is node {node}'s: {printed}");
+    }
+    assert!(!rows.any(|row| row.first() == Some(&"node") && row.get(1) == Some(&"serial")), "{printed}");
     let said = lab.failure(&["configure", "--mass", "5"]);
     assert!(said.contains("2 sensors are on the bus") && said.contains("--node 10 or --node 20"), "{said}");
     lab.json(&["configure", "--node", "20", "--mass", "5"]);

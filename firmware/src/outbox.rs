@@ -162,13 +162,6 @@ impl<const N: usize> Outbox<N> {
         Some(self.waiting.swap_remove(first).frame)
     }
 
-    /// Drops every ordinary frame, as bus-off and a reset of communication do; they are counted as evicted.
-    pub fn clear_ordinary(&mut self) {
-        let before = self.waiting.len();
-        self.waiting.retain(|waiting| waiting.urgent);
-        self.losses.evicted = self.losses.evicted.saturating_add((before - self.waiting.len()) as u32);
-    }
-
     fn first(&self) -> Option<usize> {
         (0..self.waiting.len()).reduce(|a, b| if self.waiting[a].before(&self.waiting[b]) { a } else { b })
     }

@@ -12,8 +12,6 @@ macro_rules! quantity {
         pub struct $name(pub f32);
 
         impl $name {
-            /// The unit's symbol, as files and reports write it.
-            pub const SYMBOL: &'static str = $symbol;
             /// Nothing of it.
             pub const ZERO: Self = Self(0.0);
 

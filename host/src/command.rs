@@ -9,6 +9,7 @@ mod diagnose;
 mod drop;
 mod evaluate;
 mod hit;
+mod identify;
 mod limits;
 mod log;
 mod mass;
@@ -48,6 +49,7 @@ enum Command {
     Sensor(sensor::Sensor),
     Diagnose(diagnose::Diagnose),
     Evaluate(evaluate::Evaluate),
+    Identify(identify::Identify),
     Mechanisms(mechanisms::Mechanisms),
     Mass(mass::Mass),
     Limits(limits::Limits),
@@ -86,6 +88,7 @@ impl Thud {
             Command::Sensor(command) => command.run(),
             Command::Diagnose(command) => command.run(),
             Command::Evaluate(command) => command.run(),
+            Command::Identify(command) => command.run(),
             Command::Mechanisms(command) => command.run(),
             Command::Mass(command) => command.run(),
             Command::Limits(command) => command.run(),

@@ -33,7 +33,7 @@ mod shown;
 mod truth;
 
 pub use outcome::{Outcome, table};
-pub use riddle::{Riddle, riddle};
+pub use riddle::{RECORDINGS, Riddle, riddle};
 pub use scenario::Scenario;
 pub use shown::report;
 pub use truth::Truth;

@@ -12,6 +12,7 @@
 pub mod advice;
 pub mod answer;
 pub mod candidate;
+mod conditions;
 pub mod evaluation;
 pub mod evidence;
 pub mod fit;

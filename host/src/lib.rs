@@ -15,6 +15,7 @@ pub mod bus;
 pub mod campaign;
 pub mod client;
 pub mod command;
+pub mod contact_law;
 pub mod decimal;
 pub mod demonstration;
 pub mod diagnosis;

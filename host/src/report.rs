@@ -11,6 +11,7 @@
 //! Readable in black and white: lines differ in weight and dash, not in colour.
 
 pub(crate) mod curve;
+pub(crate) mod document;
 pub(crate) mod figure;
 pub(crate) mod page;
 mod sheet;

@@ -1,7 +1,6 @@
 //! The sensor's settings on the command line, and why one is refused, in words.
 
-use clap::builder::PossibleValuesParser;
-use clap::builder::TypedValueParser as _;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use thud_firmware::configuration::{Configuration, ContactKind, FilterProfile, Invalid, Setting};
 use thud_firmware::limits::{LimitsProfile, Region};
 use thud_firmware::units::{Kilogram, Newton, NewtonPerMetre};
@@ -11,7 +10,7 @@ use thud_firmware::units::{Kilogram, Newton, NewtonPerMetre};
 #[command(next_help_heading = "What is judged, and by what")]
 pub struct JudgeOptions {
     /// Body region that was hit; without it there is no verdict
-    #[arg(long, value_parser = names(&Region::ALL, Region::name).try_map(|name| Region::from_name(&name).ok_or("no such region")))]
+    #[arg(long, value_parser = one_of(&Region::ALL, Region::name))]
     pub region: Option<Region>,
     /// Effective mass of the robot; without it the force is not scaled
     #[arg(long, value_name = "KG")]
@@ -20,13 +19,13 @@ pub struct JudgeOptions {
     #[arg(long, value_name = "N/M")]
     pub stiffness: Option<f32>,
     /// Whether the body part can recoil (free) or not (clamped)
-    #[arg(long, default_value = "free", value_parser = names(&[ContactKind::Free, ContactKind::Clamped], contact_word).map(|name| contact_from(&name)))]
+    #[arg(long, default_value = "free", value_parser = one_of(&[ContactKind::Free, ContactKind::Clamped], contact_word))]
     pub contact: ContactKind,
     /// Table of limits
-    #[arg(long, default_value = LimitsProfile::IsoTs15066.name(), value_parser = names(&LimitsProfile::ALL, LimitsProfile::name).try_map(|name| LimitsProfile::from_name(&name).ok_or("no such table")))]
+    #[arg(long, default_value = LimitsProfile::IsoTs15066.name(), value_parser = one_of(&LimitsProfile::ALL, LimitsProfile::name))]
     pub limits: LimitsProfile,
     /// Filter of the judged force
-    #[arg(long, default_value = FilterProfile::IsoPas5672.name(), value_parser = names(&FilterProfile::ALL, FilterProfile::name).try_map(|name| FilterProfile::from_name(&name).ok_or("no such filter")))]
+    #[arg(long, default_value = FilterProfile::IsoPas5672.name(), value_parser = one_of(&FilterProfile::ALL, FilterProfile::name))]
     pub filter: FilterProfile,
     /// A contact is what rises above this many times the noise
     #[arg(long, value_name = "N", default_value_t = Configuration::DEFAULT.onset_multiple)]
@@ -72,9 +71,14 @@ impl JudgeOptions {
     }
 }
 
-/// The choices of an option by their names.
-pub fn names<T: Copy>(choices: &[T], name: impl Fn(T) -> &'static str) -> PossibleValuesParser {
+/// An option that is one of some things, each with a name.
+pub fn one_of<T: Copy + Send + Sync>(
+    choices: &'static [T],
+    name: fn(T) -> &'static str,
+) -> impl TypedValueParser<Value = T> {
+    let named = move |word: String| choices.iter().copied().find(|choice| name(*choice) == word);
     PossibleValuesParser::new(choices.iter().map(|choice| name(*choice)))
+        .try_map(move |word| named(word).ok_or("no such name"))
 }
 
 /// The word for a kind of contact on the command line.
@@ -84,10 +88,6 @@ pub const fn contact_word(contact: ContactKind) -> &'static str {
         ContactKind::Free => "free",
         ContactKind::Clamped => "clamped",
     }
-}
-
-fn contact_from(word: &str) -> ContactKind {
-    if word == contact_word(ContactKind::Clamped) { ContactKind::Clamped } else { ContactKind::Free }
 }
 
 /// What the codes and the bias of a chain must fulfil.

@@ -8,10 +8,12 @@ mod emulator;
 mod flashing;
 mod mechanisms;
 mod packages;
+mod peers;
 mod python;
 mod qemu;
 mod size;
 mod step;
+mod stories;
 mod target;
 mod test;
 mod vcan;
@@ -33,6 +35,8 @@ Chores:
   dictionary           write docs/can/ (EDS, DBC, object table) from the firmware's object dictionary
   dictionary NODE...   print a DBC file for sensors with these node ids (1 to 127, or 0x01 to 0x7F)
   mechanisms           write docs/mechanisms.md from the list of mechanisms
+  peers DIR            other people's methods on the cases of a run of `thud prove`, in their own Python environment
+  stories              make the telling cases of docs/proof/ anew
   tables               remake the tables of the README (accuracy, speed, board); takes an hour and more
 ";
 
@@ -53,6 +57,8 @@ fn main() -> ExitCode {
         Some("where") => addresses::run(&arguments.collect::<Vec<_>>()),
         Some("tables") => test::tables(),
         Some("dictionary") => dictionary::run(&arguments.collect::<Vec<_>>()),
+        Some("peers") => peers::run(&arguments.collect::<Vec<_>>()),
+        Some("stories") => stories::run(),
         Some("mechanisms") => mechanisms::run(),
         Some("help" | "--help" | "-h") | None => {
             print!("{HELP}");

@@ -31,6 +31,12 @@ pub fn install(what: &str, packages: &[&str]) -> Result<(), String> {
     Ok(())
 }
 
+/// Whether the distribution has these packages, as far as its lists tell; they are fetched where they are missing.
+pub fn known(packages: &[&str]) -> bool {
+    let shown = || step::works(step::command("apt-cache", &["show", "--no-all-versions"]).args(packages));
+    shown() || (step::works(&mut step::command("apt-get", &["update", "-qq"])) && shown())
+}
+
 /// Says what is left out.
 ///
 /// # Errors

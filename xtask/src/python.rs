@@ -1,17 +1,26 @@
-//! The tests' own Python: other people's CAN tools in a virtual environment under `target/venv`.
+//! Python with other people's tools, in virtual environments under `target/`: `venv` is the tests' own.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::step;
 
-/// Makes the environment, or renews it when `tests/python/requirements.txt` has changed, and returns its interpreter.
+/// The tests' own environment.
 ///
 /// # Errors
 /// Says what could not be installed and what a person can do about it.
-pub fn environment() -> Result<PathBuf, String> {
-    let folder = step::root().join("target/venv");
+pub fn of_tests() -> Result<PathBuf, String> {
+    environment("venv", Path::new("tests/python/requirements.txt"))
+}
+
+/// Makes the environment `target/NAME`, or renews it when its requirements (a file below the top of the tree) have changed, and returns its
+/// interpreter.
+///
+/// # Errors
+/// Says what could not be installed and what a person can do about it.
+pub fn environment(name: &str, requirements: &Path) -> Result<PathBuf, String> {
+    let folder = step::root().join("target").join(name);
     let python = folder.join("bin/python");
-    let requirements = step::root().join("tests/python/requirements.txt");
+    let requirements = step::root().join(requirements);
     let wanted =
         std::fs::read_to_string(&requirements).map_err(|error| format!("{}: {error}", requirements.display()))?;
     let stamp = folder.join("requirements.installed");

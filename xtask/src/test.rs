@@ -1,13 +1,13 @@
 //! `cargo xtask test` and `cargo xtask tables`.
 
-use crate::{emulator, flashing, python, qemu, size, step, target};
+use crate::{emulator, flashing, python, qemu, size, step, target, vcan};
 
 /// Format, lints, documentation, tests: in the order in which a mistake is cheapest to find.
 ///
 /// # Errors
 /// The first step that fails.
 pub fn run() -> Result<(), String> {
-    let python = python::environment()?;
+    let python = python::of_tests()?;
     step::run("format", &mut step::cargo(&["fmt", "--all", "--check"]))?;
     step::run(
         "lints",
@@ -35,6 +35,7 @@ pub fn run() -> Result<(), String> {
         tests.env("THUD_CORTEX_M4", program);
     }
     step::run("tests", tests.env("THUD_PYTHON", python))?;
+    vcan::run_where_possible()?;
     toolchain.map_or(Ok(()), emulator::run)
 }
 

@@ -13,7 +13,7 @@ use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::Assembly;
 
 /// The speed at which the rig's own stiffness holds, m/s: about the geometric mean of 0.05 and 0.6.
-const REFERENCE_M_PER_S: f64 = 0.2;
+pub const REFERENCE_M_PER_S: f64 = 0.2;
 
 /// Below this speed the pad is pressed, not hit, and its stiffness falls no further, m/s.
 const SLOWEST_M_PER_S: f64 = 0.005;

@@ -34,7 +34,11 @@ pub(super) fn find(line: &mut Line, node: Option<u8>) -> Result<Vec<Sensor>, Cli
     let products = ask_all(line, &asked, index::IDENTITY, 2)?;
     let ours: Vec<u8> =
         products.iter().filter(|(_, answers)| answers.contains(&PRODUCT_CODE)).map(|(node, _)| *node).collect();
-    let serials = ask_all(line, &ours, index::IDENTITY, 4)?;
+    let mut serials = ask_all(line, &ours, index::IDENTITY, 4)?;
+    // One serial number twice may be the late answer to another tool, whose question went by before this one listened.
+    let alike = |serials: &Vec<u32>| serials.len() > 1 && serials.iter().all(|serial| *serial == serials[0]);
+    let again: Vec<u8> = serials.iter().filter(|(_, serials)| alike(serials)).map(|(node, _)| *node).collect();
+    serials.extend(ask_all(line, &again, index::IDENTITY, 4)?);
     if serials.is_empty() {
         return Err(nobody(line, node, &products));
     }
@@ -47,6 +51,9 @@ pub(super) fn find(line: &mut Line, node: Option<u8>) -> Result<Vec<Sensor>, Cli
 }
 
 /// Reads a 32-bit object of many nodes at once, and hears every answer, the second one of a node too.
+///
+/// Where another master asks the same at the same time, its answers are heard as well: answers that agree are told once unless they are
+/// more than were asked for. Devices that share an id tell the same only where their objects hold the same.
 pub(super) fn ask_all(
     line: &mut Line,
     nodes: &[u8],
@@ -59,6 +66,7 @@ pub(super) fn ask_all(
     }
     line.listen(LISTEN)?;
     let (busy, free): (Vec<u8>, Vec<u8>) = nodes.iter().partition(|node| line.shared(**node, LISTEN));
+    let foreign_before: Vec<u32> = free.iter().map(|node| line.foreign_requests(*node)).collect();
     for node in &free {
         line.ask(*node, SdoRequest::initiate_upload(index, sub).to_bytes())?;
     }
@@ -71,6 +79,15 @@ pub(super) fn ask_all(
         {
             found.entry(node).or_default().push(u32::from_le_bytes(data));
             until = last.min(line.now() + AFTER);
+        }
+    }
+    for (node, before) in free.iter().zip(foreign_before) {
+        let requests = 1 + line.foreign_requests(*node).wrapping_sub(before) as usize;
+        if let Some(values) = found.get_mut(node)
+            && values.len() <= requests
+            && values.iter().all(|value| *value == values[0])
+        {
+            values.truncate(1);
         }
     }
     for node in busy {

@@ -30,6 +30,8 @@ const QUIET: Duration = Duration::from_millis(50);
 struct Channel {
     /// When another master last asked something.
     foreign: Option<Duration>,
+    /// How often others have asked something.
+    foreign_requests: u32,
     /// Answers that may still come to requests which were given up.
     owed: u32,
     /// Answers that nobody asked for.
@@ -217,6 +219,11 @@ impl Line {
         self.channels[usize::from(node)].foreign.is_some_and(|at| at + span >= self.now())
     }
 
+    /// How often other masters have asked this node something, so far.
+    pub(super) fn foreign_requests(&self, node: u8) -> u32 {
+        self.channels[usize::from(node)].foreign_requests
+    }
+
     /// An answer came that belongs to no request of ours.
     pub(super) fn unasked(&mut self, node: u8) {
         let shared = self.shared(node, Duration::from_secs(1));
@@ -233,7 +240,9 @@ impl Line {
         let stamped = self.bus.receive(timeout)?;
         if let Some(Stamped { frame, at }) = stamped {
             if let Some(node) = node_of(&frame, SDO_REQUEST) {
-                self.channels[usize::from(node)].foreign = Some(at);
+                let channel = &mut self.channels[usize::from(node)];
+                channel.foreign = Some(at);
+                channel.foreign_requests = channel.foreign_requests.wrapping_add(1);
             } else if let (Some(node), [state]) = (node_of(&frame, HEARTBEAT), frame.bytes()) {
                 self.channels[usize::from(node)].heartbeat = Some((*state, at));
             } else if let (true, Some(node)) = (self.bus.is_playback(), answers(&frame))

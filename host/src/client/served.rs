@@ -68,6 +68,8 @@ pub struct ServedBus {
     now: Duration,
     fault: Fault,
     counters: Counters,
+    echoed: bool,
+    owed: Vec<Frame>,
 }
 
 /// Time of a frame of eight bytes at 1 Mbit/s.
@@ -83,7 +85,20 @@ impl ServedBus {
             now: Duration::ZERO,
             fault: Box::new(|_| true),
             counters: Counters::default(),
+            echoed: false,
+            owed: Vec::new(),
         }
+    }
+
+    /// With another master that asks everything too, at the same time.
+    pub fn echoed(mut self) -> Self {
+        self.echoed = true;
+        self
+    }
+
+    /// An answer that is owed to another master: it comes when the same object is asked for next.
+    pub fn owe(&mut self, answer: Frame) {
+        self.owed.push(answer);
     }
 
     /// With faults.
@@ -112,16 +127,25 @@ impl Bus for ServedBus {
         if !(self.fault)(&mut frame) {
             return Ok(());
         }
+        self.waiting.extend(self.owed.extract_if(.., |answer| answer.data[1..4] == frame.data[1..4]));
         let now_ms = self.now.as_millis() as u64;
-        let mut answers = Vec::new();
-        for (id, server, table) in &mut self.nodes {
-            if frame.id == 0x600 + u16::from(*id)
-                && let Some(data) = server.receive(frame.bytes(), now_ms, table)
-            {
-                answers.push(Frame { id: 0x580 + u16::from(*id), len: 8, data });
+        for again in [false, true] {
+            if again && !self.echoed {
+                break;
             }
+            let mut answers = Vec::new();
+            for (id, server, table) in &mut self.nodes {
+                if frame.id == 0x600 + u16::from(*id)
+                    && let Some(data) = server.receive(frame.bytes(), now_ms, table)
+                {
+                    answers.push(Frame { id: 0x580 + u16::from(*id), len: 8, data });
+                }
+            }
+            if again {
+                self.waiting.push_back(frame);
+            }
+            answers.into_iter().for_each(|answer| self.put(answer));
         }
-        answers.into_iter().for_each(|answer| self.put(answer));
         Ok(())
     }
 

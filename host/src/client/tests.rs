@@ -158,6 +158,23 @@ fn two_sensors_with_one_id_are_said_with_their_serial_numbers() {
     }
 }
 
+/// `thud status` while `thud monitor` looks for sensors: each hears the answers to the other.
+#[test]
+fn another_tool_that_looks_for_sensors_makes_no_double_of_one() {
+    let sensors = |serials: &[u32]| serials.iter().map(|serial| (NODE, Table::of(*serial))).collect::<Vec<_>>();
+    let found = client(ServedBus::new(sensors(&[11])).echoed()).find(None).unwrap();
+    assert_eq!(found.iter().map(|sensor| (sensor.node, sensor.serial)).collect::<Vec<_>>(), [(NODE, 11)]);
+    // Its question went by before this one listened: asked again, the sensor answers once.
+    let mut bus = ServedBus::new(sensors(&[11]));
+    bus.owe(Frame::new(0x5A0, &[0x43, 0x18, 0x10, 4, 11, 0, 0, 0]).unwrap());
+    assert_eq!(client(bus).find(None).unwrap().len(), 1);
+    // More answers than questions, or two serial numbers: there are two.
+    for serials in [[11, 11], [11, 12]] {
+        let error = client(ServedBus::new(sensors(&serials)).echoed()).find(None).unwrap_err();
+        assert!(error.to_string().contains("devices answer as node 32"), "{error}");
+    }
+}
+
 #[test]
 fn an_answer_that_nobody_asked_for_betrays_a_second_device() {
     let nodes = vec![(NODE, Table::of(11)), (NODE, Table::of(12))];

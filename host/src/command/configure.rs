@@ -14,7 +14,7 @@ use crate::client::words::searching;
 use crate::client::{Client, ClientError, Nmt};
 use crate::json::JsonOption;
 use crate::key_file;
-use crate::settings::{contact_word, names};
+use crate::settings::{contact_word, one_of};
 use crate::table::{Side, Table};
 
 /// Set body region, stiffness, effective mass, limits, filter and node settings of a sensor
@@ -69,19 +69,16 @@ struct Judgement {
     #[arg(long, value_parser = region_names().map(|name| Region::from_name(&name).map_or(0, |region| region as u8)))]
     region: Option<u8>,
     /// Whether the body part can recoil (free) or not (clamped)
-    #[arg(long, value_parser = names(&[ContactKind::Free, ContactKind::Clamped], contact_word)
-        .map(|name| if name == "free" { ContactKind::Free } else { ContactKind::Clamped }))]
+    #[arg(long, value_parser = one_of(&[ContactKind::Free, ContactKind::Clamped], contact_word))]
     contact: Option<ContactKind>,
     /// Table of limits
-    #[arg(long, value_parser = names(&LimitsProfile::ALL, LimitsProfile::name)
-        .try_map(|name| LimitsProfile::from_name(&name).ok_or("no such table")))]
+    #[arg(long, value_parser = one_of(&LimitsProfile::ALL, LimitsProfile::name))]
     limits: Option<LimitsProfile>,
     /// Stiffness of the body spring as assembled in the rig
     #[arg(long, value_name = "N/M")]
     stiffness: Option<f32>,
     /// Filter of the judged force
-    #[arg(long, value_parser = names(&FilterProfile::ALL, FilterProfile::name)
-        .try_map(|name| FilterProfile::from_name(&name).ok_or("no such filter")))]
+    #[arg(long, value_parser = one_of(&FilterProfile::ALL, FilterProfile::name))]
     filter: Option<FilterProfile>,
     /// Relative expanded uncertainty (k = 2) of the force: the guard band on both sides of a limit
     #[arg(long, value_name = "RATIO")]

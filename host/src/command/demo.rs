@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use indicatif::ProgressBar;
 use miette::{IntoDiagnostic as _, WrapErr as _};
 
-use crate::demonstration::{Outcome, Scenario, demonstrate, report, riddle, table};
+use crate::demonstration::{Outcome, RECORDINGS, Scenario, demonstrate, report, riddle, table};
 use crate::json::JsonOption;
 use crate::report::{page, words};
 
@@ -86,7 +86,7 @@ impl Demo {
             );
             crate::say!(
                 "\n  Another rig was hit {} times, with something hidden in it; the diagnosis got the recordings only:",
-                riddle.recordings()
+                RECORDINGS
             );
             crate::say!("  {} {}", riddle.verdict, riddle.gain);
             crate::say!("  {}", riddle.resolved());

@@ -1,6 +1,5 @@
 //! `thud limits`: what each region of the body bears, and who says so.
 
-use clap::builder::TypedValueParser as _;
 use serde::Serialize;
 use thud_firmware::limits::{LimitsProfile, Region, TransientLimit};
 
@@ -9,7 +8,7 @@ use crate::biomechanics::bgia_2011;
 use crate::biomechanics::permission::{self, Question};
 use crate::decimal::{decimal, significant};
 use crate::json::JsonOption;
-use crate::settings::names;
+use crate::settings::one_of;
 use crate::table::{Side, Table};
 
 /// List what each body region bears: forces, pressures, stiffness, mass, energy
@@ -23,10 +22,10 @@ use crate::table::{Side, Table};
 )]
 pub struct Limits {
     /// Only this region, with its body areas
-    #[arg(long, value_parser = names(&Region::ALL, Region::name).try_map(|name| Region::from_name(&name).ok_or("no such region")))]
+    #[arg(long, value_parser = one_of(&Region::ALL, Region::name))]
     region: Option<Region>,
     /// Table of limits
-    #[arg(long, default_value = LimitsProfile::IsoTs15066.name(), value_parser = names(&LimitsProfile::ALL, LimitsProfile::name).try_map(|name| LimitsProfile::from_name(&name).ok_or("no such table")))]
+    #[arg(long, default_value = LimitsProfile::IsoTs15066.name(), value_parser = one_of(&LimitsProfile::ALL, LimitsProfile::name))]
     limits: LimitsProfile,
     /// Effective mass of the robot
     #[arg(long, value_name = "KG")]

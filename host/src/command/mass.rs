@@ -23,7 +23,7 @@ use crate::robot::stream::{Received, Sender, is_sendable};
 use crate::robot::tool::Tool;
 use crate::robot::trajectory::Trajectory;
 use crate::robot::{Motion, Robot, description};
-use crate::settings::names;
+use crate::settings::one_of;
 use crate::table::{Side, Table};
 
 /// Compute the effective mass of a robot at a contact point, from its URDF
@@ -66,12 +66,12 @@ struct Hit {
     #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true)]
     direction: [f64; 3],
     /// Whose axes the direction is in
-    #[arg(long, default_value = Frame::Base.name(), value_parser = names(&Frame::ALL, Frame::name))]
-    frame: String,
+    #[arg(long, default_value = Frame::Base.name(), value_parser = one_of(&Frame::ALL, Frame::name))]
+    frame: Frame,
     /// What is held while the blow lasts: nothing (free, the paper's equation 8); orientation and path (held);
     /// orientation, but it may evade sideways (held-yielding)
-    #[arg(long, default_value = Orientation::Free.name(), value_parser = names(&Orientation::ALL, Orientation::name))]
-    orientation: String,
+    #[arg(long, default_value = Orientation::Free.name(), value_parser = one_of(&Orientation::ALL, Orientation::name))]
+    orientation: Orientation,
 }
 
 #[derive(clap::Args, Debug)]
@@ -303,10 +303,7 @@ impl Mass {
                 "--direction {x},{y},{z}: {why}"
             )
         })?;
-        let frame = Frame::ALL.into_iter().find(|frame| frame.name() == self.hit.frame).unwrap_or_default();
-        let contact = Contact { link, point_m: Point3::from(self.hit.point), direction, frame };
-        let orientation =
-            Orientation::ALL.into_iter().find(|known| known.name() == self.hit.orientation).unwrap_or_default();
+        let contact = Contact { link, point_m: Point3::from(self.hit.point), direction, frame: self.hit.frame };
 
         let carrier = self.tool.tool_at.as_deref().map_or(Ok(link), find)?;
         let tool =
@@ -337,13 +334,13 @@ impl Mass {
             Some(chosen) => Ok(self.lump_joints(&bare, chosen)?),
         };
         Ok(Case {
-            setting: Setting::new(&bare, &contact, orientation, tool.as_ref()),
+            setting: Setting::new(&bare, &contact, self.hit.orientation, tool.as_ref()),
             iso_kg: iso_estimate_kg(&bare, load_kg),
             moving_mass_kg: bare.moving_mass_kg(),
             without_inertia: bare.without_inertia().into_iter().map(str::to_owned).collect(),
             robot: tool.map_or_else(|| bare.clone(), |tool| tool.mounted_on(&bare)),
             contact,
-            orientation,
+            orientation: self.hit.orientation,
             load_kg,
             lumps,
         })

@@ -10,7 +10,9 @@ use crate::json::JsonOption;
 use crate::proof::conceal::{self, Composition};
 use crate::proof::folder::{Done, Folder, Run};
 use crate::proof::judged::{Ended, judge};
+use crate::proof::lighter::lighter;
 use crate::proof::outcome::{Origin, Outcome};
+use crate::proof::peers::compared::compared;
 use crate::proof::prober::{self, Prober};
 use crate::proof::seal::{self, Seal, sha256};
 use crate::proof::{hidden, said, shown};
@@ -129,6 +131,11 @@ impl Prove {
         if let Some(folder) = &self.stories {
             tell(&outcome, &prober, &drawn, folder)?;
         }
+        if !outcome.peers.is_empty() {
+            drawn
+                .folder
+                .write(&drawn.folder.peers().join("table.md"), shown::peers::markdown(&outcome.peers).as_bytes())?;
+        }
         self.json.write(&outcome)?;
         if !self.json.owns_stdout() {
             crate::standard_output::say(format_args!("\n{}", shown::terminal::screenful(&outcome)));
@@ -239,9 +246,9 @@ fn opened(
     if drawn.seal.is_some() {
         folder.write(&folder.answers(), &answers)?;
     }
-    let judged = hidden::read(&answers)?
-        .cases
-        .into_iter()
+    let hidden = hidden::read(&answers)?.cases;
+    let judged = hidden
+        .iter()
         .map(|hidden| {
             let done = done.get(&hidden.case).ok_or_else(|| miette!("case {} was not diagnosed", hidden.case))?;
             let ended = match &done.failure {
@@ -254,10 +261,10 @@ fn opened(
                     }
                 }
             };
-            let judged = judge(&hidden, &ended, done.processor_s.unwrap_or(done.seconds), done.memory_mb);
-            Ok((hidden, judged))
+            Ok(judge(hidden, &ended, done.processor_s.unwrap_or(done.seconds), done.memory_mb))
         })
         .collect::<miette::Result<Vec<_>>>()?;
+    let peers = compared(&folder.peers(), &hidden, &judged)?;
     let origin = Origin {
         seed: drawn.seed,
         composition: drawn.composition.clone(),
@@ -266,7 +273,7 @@ fn opened(
         program_sha256: program.to_owned(),
         jobs,
     };
-    Ok(Outcome::of(origin, judged))
+    Ok(Outcome { peers, ..Outcome::of(origin, hidden.into_iter().zip(judged).collect()) })
 }
 
 /// Writes the pages of the telling cases.
@@ -277,7 +284,10 @@ fn tell(outcome: &Outcome, prober: &Prober, drawn: &Drawn, pages: &Path) -> miet
     let bar = bar("telling cases", outcome.stories.len())?;
     for story in &outcome.stories {
         let without = drawn.cases.iter().find(|(case, _)| *case == story.case).map_or(&[][..], |(_, without)| without);
-        prober.report(&drawn.folder, &story.case, without, &pages.join(format!("{}.html", story.name)))?;
+        let page = pages.join(format!("{}.html", story.name));
+        prober.report(&drawn.folder, &story.case, without, &page)?;
+        let told = String::from_utf8_lossy(&drawn.folder.read(&page)?).into_owned();
+        drawn.folder.write(&page, lighter(&told).as_bytes())?;
         bar.inc(1);
     }
     bar.finish_and_clear();

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::str::FromStr as _;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser as _};
 use indicatif::{ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic as _, WrapErr as _, miette};
 use serde::Serialize;
@@ -14,7 +13,7 @@ use thud_sim::rig::{pad_of, spring_set_of};
 use crate::campaign::{self, Estimate, Rig, RigKind, SPRING_REPEATABILITY};
 use crate::json::JsonOption;
 use crate::model::{self, MechanismRefused};
-use crate::settings::names;
+use crate::settings::one_of;
 use crate::simulation::{CampaignTruth, Doubt, Imperfection, Plan, TRUTH_FORMAT, Truth, simulate};
 
 /// Make campaigns of simulated recordings
@@ -65,8 +64,7 @@ struct RigOptions {
         value_name = "REGION",
         value_delimiter = ',',
         conflicts_with_all = ["body_stiffness", "model"],
-        value_parser = PossibleValuesParser::new(Region::ALL.map(Region::name))
-            .try_map(|name| Region::from_name(&name).ok_or("no such region")),
+        value_parser = one_of(&Region::ALL, Region::name),
     )]
     regions: Vec<Region>,
     /// Stiffness of the body springs instead of a region's
@@ -77,7 +75,7 @@ struct RigOptions {
     pad: PadChoice,
     /// A robot runs into the rig (impact), a mass falls on it (drop), or something falls freely (fall): its height is
     /// recorded, `--speeds` are those at release, 0 from rest
-    #[arg(long, default_value = "impact", conflicts_with = "model", value_parser = names(&RigKind::ALL, RigKind::name).try_map(|name| RigKind::from_name(&name).ok_or("no such kind")))]
+    #[arg(long, default_value = "impact", conflicts_with = "model", value_parser = one_of(&RigKind::ALL, RigKind::name))]
     kind: RigKind,
     /// A mechanism that the rig has beyond the ideal impact: `ID` or `ID:parameter=value,…`; repeatable
     #[arg(long = "mechanism", value_name = "MECHANISM")]

@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use clap::builder::TypedValueParser as _;
 use serde::Serialize;
 use thud_firmware::limits::{LimitsProfile, Region};
 
@@ -11,7 +10,7 @@ use crate::biomechanics::permission::{Decides, Permission, Question, permit};
 use crate::input::{InputError, read_text};
 use crate::json::JsonOption;
 use crate::robot::stated::StatedMass;
-use crate::settings::names;
+use crate::settings::one_of;
 use crate::table::{Side, Table};
 
 /// Say how fast a robot may be where it can hit a body region
@@ -28,7 +27,7 @@ use crate::table::{Side, Table};
 )]
 pub struct Speed {
     /// Body region that can be hit
-    #[arg(long, value_parser = names(&Region::ALL, Region::name).try_map(|name| Region::from_name(&name).ok_or("no such region")))]
+    #[arg(long, value_parser = one_of(&Region::ALL, Region::name))]
     region: Region,
     /// Effective mass of the robot at the contact point, in the direction of its motion
     #[arg(long, value_name = "KG", required_unless_present = "mass_from", conflicts_with = "mass_from")]
@@ -46,7 +45,7 @@ pub struct Speed {
     #[arg(long, value_name = "N", default_value_t = 1.0)]
     exponent: f64,
     /// Table of limits
-    #[arg(long, default_value = LimitsProfile::IsoTs15066.name(), value_parser = names(&LimitsProfile::ALL, LimitsProfile::name).try_map(|name| LimitsProfile::from_name(&name).ok_or("no such table")))]
+    #[arg(long, default_value = LimitsProfile::IsoTs15066.name(), value_parser = one_of(&LimitsProfile::ALL, LimitsProfile::name))]
     limits: LimitsProfile,
     #[command(flatten)]
     json: JsonOption,

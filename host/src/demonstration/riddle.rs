@@ -33,7 +33,7 @@ const EFFECTS: [&str; 10] = [
 /// How strong: plain to a diagnosis, and hardly to be seen by eye (`docs/proof.md` says what d is).
 const STRENGTH: f64 = 40.0;
 /// Recordings in the campaign.
-const RECORDINGS: usize = 12;
+pub const RECORDINGS: usize = 12;
 
 /// What was hidden, and what was said to it.
 #[derive(Clone, Debug, Serialize)]
@@ -84,12 +84,6 @@ pub fn riddle(seed: u64, folder: &Path, progress: &mut dyn FnMut(&str)) -> miett
 }
 
 impl Riddle {
-    /// How many recordings were diagnosed.
-    #[must_use]
-    pub fn recordings(&self) -> usize {
-        RECORDINGS
-    }
-
     /// What was hidden and whether it was found, in a sentence.
     #[must_use]
     pub fn resolved(&self) -> String {

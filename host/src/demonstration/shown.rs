@@ -2,7 +2,7 @@
 
 use maud::html;
 
-use super::{Blow, Demonstrated, Riddle};
+use super::{Blow, Demonstrated, RECORDINGS, Riddle};
 use crate::report::{ImpactReport, ImpactTruth, Report, words};
 
 /// The page of a demonstration; `beside` is the file name of the diagnosis' own page.
@@ -72,7 +72,7 @@ pub fn report(demonstrated: &Demonstrated, riddle: &Riddle, beside: &str) -> Rep
         closing: Some(html! {
             h2 { "And what if rig and simulation differ?" }
             p {
-                "Another rig was hit " (riddle.recordings()) " times, and something was hidden in it: an effect that the seed chose. It was simulated by a
+                "Another rig was hit " (RECORDINGS) " times, and something was hidden in it: an effect that the seed chose. It was simulated by a
                  program that shares nothing with the one that was then asked what is missing; that one got the recordings and what the experimenter
                  believes, as " code { "thud diagnose" } " does."
             }

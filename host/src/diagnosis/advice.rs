@@ -132,7 +132,6 @@ fn separation(problem: &Problem, one: &Fit, other: &Fit, like: usize, speed: f64
             offset_guess: vec![0.0; problem.channels.len()],
             contact_time_s: pattern.contact_time_s,
             raw: Samples { times_s: Vec::new(), values: Vec::new(), quiet_rms: None },
-            gaps_s: Vec::new(),
         }],
     };
     let quiet = blank(vec![vec![0.0; times_s.len()]; problem.channels.len()]);

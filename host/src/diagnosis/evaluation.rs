@@ -12,6 +12,7 @@
 //! | `unexplained` | something is left that no such move explains |
 
 use serde::Serialize;
+use thud_sim::mechanism::Search;
 
 use super::answer::FORMAT_EVALUATION;
 use super::fit::{Effort, Fit};
@@ -33,8 +34,11 @@ const SIGNIFICANT: f64 = 6.0;
 const WORTH: f64 = 0.005;
 /// Two-sided 95 % of a normal distribution.
 const DEVIATIONS_95: f64 = 1.959_964;
-/// Phases that a fit is started from where each impact has its own.
-const PHASES: [f64; 4] = [0.0, 0.25, 0.5, 0.75];
+/// Parts of a turn at which a fit is started where each impact has its own phase.
+const PHASES: usize = 4;
+/// Parts of the contact at which one is started where each impact has its own instant, as many as the search for it tries: a fit finds
+/// an instant from a few samples off, not from further.
+const INSTANTS: usize = 40;
 
 /// What the evaluation says.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -106,7 +110,7 @@ pub fn evaluate(model: &Model, loaded: &Loaded) -> Result<Evaluation, DiagnosisE
     let frozen_layout = frozen(whole.clone());
     let all: Vec<usize> = (0..problem.recordings.len()).collect();
     let impossible = || DiagnosisError::Impossible("its motion cannot be followed".to_owned());
-    let fit = best_phases(&problem, &frozen_layout, &all).ok_or_else(impossible)?;
+    let fit = best_own(&problem, &frozen_layout, &all).ok_or_else(impossible)?;
     let each: Vec<f64> = all
         .iter()
         .map(|number| {
@@ -128,14 +132,14 @@ pub fn evaluate(model: &Model, loaded: &Loaded) -> Result<Evaluation, DiagnosisE
         .iter()
         .map(|&number| {
             let recording = &problem.recordings[number];
-            let moved = |wanted: Role| local(&fit, number, wanted).unwrap_or(0.0);
+            let speed = fit.layout.local(&fit.point, number, Role::Speed).unwrap_or(0.0);
             let mass = fit.layout.globals.iter().position(|c| c.role == Role::Mass(recording.configuration));
             Evaluated {
                 file: recording.file.clone(),
                 rmse: each[number],
                 noise_ratio: each[number] / recording.raw.quiet_rms.unwrap_or(noise),
-                contact_s: local(&fit, number, Role::Contact).unwrap_or(recording.contact_guess_s),
-                impact_speed_m_per_s: recording.speed.value + recording.speed_scale() * moved(Role::Speed),
+                contact_s: fit.layout.contact_s(&fit.point, number),
+                impact_speed_m_per_s: recording.speed.value + recording.speed_scale() * speed,
                 effective_mass_kg: recording.mass.value * mass.map_or(1.0, |place| fit.point.globals[place].exp()),
             }
         })
@@ -150,11 +154,6 @@ pub fn evaluate(model: &Model, loaded: &Loaded) -> Result<Evaluation, DiagnosisE
         moved,
         notes: notes.iter().map(ToString::to_string).collect(),
     })
-}
-
-fn local(fit: &Fit, recording: usize, wanted: Role) -> Option<f64> {
-    let place = fit.layout.locals.iter().position(|coordinate| coordinate.role == wanted)?;
-    Some(fit.point.locals[recording][place])
 }
 
 /// The model's mechanisms; one that acts in a configuration that this campaign has not is left out.
@@ -207,30 +206,17 @@ fn admitted(model: &Model, mut layout: Layout) -> Layout {
     layout
 }
 
-/// The fit of what is each recording's own. Where mechanisms have a phase of each impact, several are tried and each recording keeps
-/// its best.
-fn best_phases(problem: &Problem, layout: &Layout, all: &[usize]) -> Option<Fit> {
-    let phased: Vec<usize> = layout
-        .locals
-        .iter()
-        .enumerate()
-        .filter(|(_, coordinate)| matches!(coordinate.role, Role::Mechanism { .. }))
-        .map(|(place, _)| place)
-        .collect();
-    let start = layout.start(problem);
+/// The fit of what is each recording's own. Where mechanisms have a phase or an instant of each impact, several are tried and each
+/// recording keeps its best.
+fn best_own(problem: &Problem, layout: &Layout, all: &[usize]) -> Option<Fit> {
     let run = |start: Point| Fit::run(problem, layout.clone(), start, all, Effort::FULL);
-    if phased.is_empty() {
-        return run(start);
+    let mut starts = starts(problem, layout);
+    if starts.len() == 1 {
+        return run(starts.remove(0));
     }
     let mut best: Option<Fit> = None;
-    for part in PHASES {
-        let mut turned = start.clone();
-        for locals in &mut turned.locals {
-            for place in &phased {
-                locals[*place] += std::f64::consts::TAU * part;
-            }
-        }
-        let Some(fit) = run(turned) else { continue };
+    for start in starts {
+        let Some(fit) = run(start) else { continue };
         best = Some(match best {
             None => fit,
             Some(mut best) => {
@@ -245,6 +231,48 @@ fn best_phases(problem: &Problem, layout: &Layout, all: &[usize]) -> Option<Fit>
         });
     }
     run(best?.point)
+}
+
+/// Where fits begin: phases at parts of a turn. Instants as the model has them, at parts of the contact, and at the end of the
+/// recording, which it then does not concern. One start where no mechanism has either.
+fn starts(problem: &Problem, layout: &Layout) -> Vec<Point> {
+    let own: Vec<(usize, Search)> = layout
+        .locals
+        .iter()
+        .enumerate()
+        .filter_map(|(local, coordinate)| match coordinate.role {
+            Role::Mechanism { entrant, place } => {
+                Some((local, layout.entrants[entrant].effect.mechanism().parameters[place].search))
+            }
+            _ => None,
+        })
+        .collect();
+    let instants = own.iter().any(|(_, search)| *search == Search::EachInstant);
+    let count = match (own.is_empty(), instants) {
+        (true, _) => 1,
+        (false, false) => PHASES,
+        (false, true) => INSTANTS + 2,
+    };
+    let as_given = layout.start(problem);
+    (0..count)
+        .map(|number| {
+            let mut start = as_given.clone();
+            for (recording, locals) in problem.recordings.iter().zip(&mut start.locals) {
+                for (local, search) in &own {
+                    let value = &mut locals[*local];
+                    *value = match search {
+                        Search::EachInstant if number == 0 => *value,
+                        Search::EachInstant if number > INSTANTS => {
+                            recording.times_s[recording.times_s.len() - 1] - recording.contact_guess_s
+                        }
+                        Search::EachInstant => recording.contact_time_s * (number as f64 - 0.5) / INSTANTS as f64,
+                        _ => *value + std::f64::consts::TAU * number as f64 / count as f64,
+                    };
+                }
+            }
+            start
+        })
+        .collect()
 }
 
 fn judge(problem: &Problem, fit: &Fit, all: &[usize], overall: f64, noise: f64) -> (&'static str, String, Vec<Moved>) {

@@ -283,6 +283,19 @@ impl Layout {
         start
     }
 
+    /// A recording's own value at a point; `None` where it is no coordinate.
+    #[must_use]
+    pub fn local(&self, point: &Point, recording: usize, role: Role) -> Option<f64> {
+        let place = self.locals.iter().position(|coordinate| coordinate.role == role)?;
+        Some(point.locals[recording][place])
+    }
+
+    /// Instant of contact at a point, s in the recording's time. Every layout has this coordinate.
+    #[must_use]
+    pub fn contact_s(&self, point: &Point, recording: usize) -> f64 {
+        self.local(point, recording, Role::Contact).expect("every layout has the instant of contact")
+    }
+
     /// A point from which every coordinate has gone so many times a step, at most its stride and not out of its range.
     #[must_use]
     pub fn moved(&self, from: &Point, step: &Imitation, times: f64) -> Point {

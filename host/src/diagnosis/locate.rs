@@ -74,12 +74,8 @@ impl Course {
     #[must_use]
     pub fn of(problem: &Problem, fit: &Fit, recording: usize) -> Self {
         let prepared = &problem.recordings[recording];
-        let local = |role: Role| {
-            let place = fit.layout.locals.iter().position(|coordinate| coordinate.role == role)?;
-            Some(fit.point.locals[recording][place])
-        };
-        let contact_s = local(Role::Contact).unwrap_or(prepared.contact_guess_s);
-        let offset = local(Role::Offset(0)).unwrap_or(0.0);
+        let contact_s = fit.layout.contact_s(&fit.point, recording);
+        let offset = fit.layout.local(&fit.point, recording, Role::Offset(0)).unwrap_or(0.0);
         let model = &fit.model[recording][..prepared.times_s.len().min(fit.model[recording].len())];
         let size = |value: f64| (value - offset).abs();
         let peak = (0..model.len()).max_by(|a, b| size(model[*a]).total_cmp(&size(model[*b]))).unwrap_or(0);

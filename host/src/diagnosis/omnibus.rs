@@ -6,8 +6,8 @@
 
 use nalgebra::DVector;
 
+use super::conditions::weights;
 use super::fit::{Fit, Tangent, whiten};
-use super::layout::Role;
 use super::problem::Problem;
 
 /// Sines over the contact time.
@@ -79,20 +79,14 @@ pub fn omnibus(problem: &Problem, fit: &Fit, tangent: &Tangent) -> Omnibus {
 }
 
 /// Begin and end of the contact that the fit has, s in the recording's time.
-#[must_use]
-pub fn contact_of(problem: &Problem, fit: &Fit, recording: usize) -> (f64, f64) {
-    let prepared = &problem.recordings[recording];
-    let place = fit.layout.locals.iter().position(|coordinate| coordinate.role == Role::Contact);
-    let from_s = place.map_or(prepared.contact_guess_s, |place| fit.point.locals[recording][place]);
-    (from_s, from_s + prepared.contact_time_s)
+fn contact_of(problem: &Problem, fit: &Fit, recording: usize) -> (f64, f64) {
+    let from_s = fit.layout.contact_s(&fit.point, recording);
+    (from_s, from_s + problem.recordings[recording].contact_time_s)
 }
 
 fn forms(problem: &Problem, fit: &Fit) -> Vec<Vec<Vec<f64>>> {
-    let speeds: Vec<f64> = centred(problem.recordings.iter().map(|recording| recording.speed.value).collect());
-    let masses: Vec<f64> = centred(problem.recordings.iter().map(|recording| recording.mass.value.ln()).collect());
-    let ones = vec![1.0; speeds.len()];
     let mut all = Vec::new();
-    for weights in [&ones, &speeds, &masses] {
+    for weights in &weights(problem) {
         if weights.iter().all(|weight| *weight == 0.0) {
             continue;
         }
@@ -136,14 +130,4 @@ fn form(problem: &Problem, fit: &Fit, weights: &[f64], shape: impl Fn(f64, f64) 
             values
         })
         .collect()
-}
-
-fn centred(values: Vec<f64>) -> Vec<f64> {
-    let mean = values.iter().sum::<f64>() / values.len() as f64;
-    let spread = (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt();
-    if spread <= 1e-9 * mean.abs() {
-        vec![0.0; values.len()]
-    } else {
-        values.iter().map(|value| (value - mean) / spread).collect()
-    }
 }

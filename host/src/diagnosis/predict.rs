@@ -1,11 +1,10 @@
 //! What the simulation says a recording should show, for given coordinates.
 
 use thud_sim::mechanism::Effect;
-use thud_sim::rig::{Accuracy, Approach, Impact, Rig, RigError};
+use thud_sim::rig::{Accuracy, Approach, Impact, Quantity, Rig, RigError};
 
 use super::layout::{Coordinate, Layout, Point, Role};
-use super::problem::Problem;
-use crate::campaign::RigKind;
+use super::problem::{ChannelModel, Problem};
 use crate::model;
 
 /// As exact as the thinnest noise needs: a finite difference of 10⁻³ sees errors of 10⁻⁴ of the effect.
@@ -17,8 +16,7 @@ pub const ACCURACY: Accuracy = Accuracy { relative: 1e-7, force_n: 1e-5 };
 /// A combination of values that cannot be simulated.
 pub fn strike(problem: &Problem, layout: &Layout, point: &Point, recording: usize) -> Result<Impact, RigError> {
     let prepared = &problem.recordings[recording];
-    let contact = layout.locals.iter().position(|coordinate| coordinate.role == Role::Contact);
-    let contact_s = contact.map_or(prepared.contact_guess_s, |place| point.locals[recording][place]);
+    let contact_s = layout.contact_s(point, recording);
     // A shifted instant of contact is read from the same motion: it must be long enough.
     let until_s = prepared.times_s[prepared.times_s.len() - 1] - contact_s + 1e-3;
     strike_until(problem, layout, point, recording, until_s)
@@ -71,29 +69,16 @@ pub fn read(
     shift_s: f64,
 ) -> Vec<f64> {
     let prepared = &problem.recordings[recording];
-    let local = |wanted: Role| {
-        layout
-            .locals
-            .iter()
-            .position(|coordinate| coordinate.role == wanted)
-            .map(|place| point.locals[recording][place])
-    };
-    let contact_s = local(Role::Contact).unwrap_or(prepared.contact_guess_s) + shift_s;
+    let contact_s = layout.contact_s(point, recording) + shift_s;
     let since_s: Vec<f64> = prepared.times_s.iter().map(|time| time - contact_s).collect();
     let mut values = Vec::with_capacity(prepared.rows());
     for (number, channel) in problem.channels.iter().enumerate() {
         let from = values.len();
         values.resize(from + since_s.len(), 0.0);
         let series = &mut values[from..];
-        impact.sample_into(channel.quantity, &since_s, series);
-        if problem.rig.kind != RigKind::Fall && channel.quantity == thud_sim::rig::Quantity::CellForce {
-            impact.apply_chain(&since_s, series);
-        }
+        felt(channel, impact, &since_s, series);
         mean_over_block(series, &since_s, prepared.mean_of_s2);
-        let offset = local(Role::Offset(number)).unwrap_or(0.0);
-        for value in series {
-            *value = channel.sign * *value + offset;
-        }
+        told(channel, layout.local(point, recording, Role::Offset(number)), series);
     }
     values
 }
@@ -102,24 +87,30 @@ pub fn read(
 #[must_use]
 pub fn raw(problem: &Problem, layout: &Layout, point: &Point, recording: usize) -> Option<Vec<f64>> {
     let prepared = &problem.recordings[recording];
-    let local = |wanted: Role| {
-        let place = layout.locals.iter().position(|coordinate| coordinate.role == wanted)?;
-        Some(point.locals[recording][place])
-    };
-    let contact_s = local(Role::Contact).unwrap_or(prepared.contact_guess_s);
+    let contact_s = layout.contact_s(point, recording);
     let since_s: Vec<f64> = prepared.raw.times_s.iter().map(|time| time - contact_s).collect();
     let impact = strike_until(problem, layout, point, recording, since_s[since_s.len() - 1]).ok()?;
     let channel = &problem.channels[0];
     let mut values = vec![0.0; since_s.len()];
-    impact.sample_into(channel.quantity, &since_s, &mut values);
-    if channel.quantity == thud_sim::rig::Quantity::CellForce {
-        impact.apply_chain(&since_s, &mut values);
+    felt(channel, &impact, &since_s, &mut values);
+    told(channel, layout.local(point, recording, Role::Offset(0)), &mut values);
+    Some(values)
+}
+
+/// What reaches a channel's readout at instants after contact; a force by way of the measuring chain.
+fn felt(channel: &ChannelModel, impact: &Impact, since_s: &[f64], series: &mut [f64]) {
+    impact.sample_into(channel.quantity, since_s, series);
+    if channel.quantity == Quantity::CellForce {
+        impact.apply_chain(since_s, series);
     }
-    let offset = local(Role::Offset(0)).unwrap_or(0.0);
-    for value in &mut values {
+}
+
+/// What the readout makes of it: its sign, its offset.
+fn told(channel: &ChannelModel, offset: Option<f64>, series: &mut [f64]) {
+    let offset = offset.unwrap_or(0.0);
+    for value in series {
         *value = channel.sign * *value + offset;
     }
-    Some(values)
 }
 
 /// What a mean over a block of samples reads where the curve is bent: its second difference says how much.

@@ -83,8 +83,6 @@ pub struct Prepared {
     pub contact_time_s: f64,
     /// Every sample of the observed channel, as recorded.
     pub raw: Samples,
-    /// Instants of samples that are missing from even sampling: last before, first after, s.
-    pub gaps_s: Vec<(f64, f64)>,
 }
 
 /// Every sample of a channel.
@@ -217,7 +215,6 @@ impl Problem {
                     values: raw.channels[0].to_vec(),
                     quiet_rms: thinned.quiet_rms,
                 },
-                gaps_s: recording.gaps().iter().map(|gap| (gap.from_s, gap.to_s)).collect(),
             });
         }
         if prepared.is_empty() {

@@ -9,6 +9,7 @@
 use nalgebra::{DMatrix, DVector};
 use thud_sim::rig::Quantity;
 
+use super::conditions::weights;
 use super::fit::{Fit, Tangent, whiten};
 use super::held_out::folds;
 use super::locate::Course;
@@ -29,8 +30,6 @@ pub struct Map {
     pub held_out_square: (f64, f64),
     /// A formula in stroke and speed, where one fits.
     pub form: String,
-    /// Conditions that the rest goes with, by the contract's words.
-    pub depends_on: Vec<&'static str>,
 }
 
 struct Form {
@@ -76,7 +75,6 @@ pub fn map(problem: &Problem, fit: &Fit, tangent: &Tangent) -> Option<Map> {
         added: all.iter().map(|number| sum_of(&forms, &coefficients, *number, false)).collect(),
         held_out_square: (without, with.min(without)),
         form: formula(problem, fit, tangent, &forms),
-        depends_on: Vec::new(),
     })
 }
 
@@ -171,8 +169,6 @@ fn forms(problem: &Problem, fit: &Fit) -> Option<Vec<Form>> {
             .fold(1e-12, f64::max)
     };
     let (x_most, v_most) = (most(&|seen| &seen.position), most(&|seen| &seen.velocity));
-    let speeds = centred(problem.recordings.iter().map(|recording| recording.speed.value).collect());
-    let masses = centred(problem.recordings.iter().map(|recording| recording.mass.value.ln()).collect());
     let mut all = Vec::new();
     let mut push = |name: &'static str, value: &dyn Fn(usize, usize) -> f64| {
         let plain: Vec<Vec<f64>> = problem
@@ -224,8 +220,7 @@ fn forms(problem: &Problem, fit: &Fit) -> Option<Vec<Form>> {
             }
         });
     }
-    let ones = vec![1.0; speeds.len()];
-    for weights in [&ones, &speeds, &masses] {
+    for weights in &weights(problem) {
         for order in 1..=SINES {
             push("", &|number, place| {
                 let course = seen[number].course;
@@ -246,12 +241,6 @@ fn forms(problem: &Problem, fit: &Fit) -> Option<Vec<Form>> {
         }
     }
     Some(all)
-}
-
-fn centred(values: Vec<f64>) -> Vec<f64> {
-    let mean = values.iter().sum::<f64>() / values.len() as f64;
-    let spread = (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt();
-    values.iter().map(|value| if spread > 1e-9 * mean.abs() { (value - mean) / spread } else { 0.0 }).collect()
 }
 
 /// One or two terms in stroke x and speed v that explain most of the rest; empty where they explain less than half of what the forms do.

@@ -3,6 +3,8 @@
 //! The two simulators share no equations, so that most shapes have no common number: a spectrum of relaxation has not one time
 //! constant. Where both have the quantity, its error and the coverage of its interval are scored; where not, [`NOT`] says why.
 
+use thud_sim::mechanism::RATE_STIFFENING_REFERENCE_M_PER_S;
+
 use super::hidden::Hidden;
 
 /// The tool's parameter that has a true value.
@@ -23,9 +25,6 @@ const fn same(mechanism: &'static str, parameter: &'static str, from: &'static s
     Comparable { mechanism, parameter, from, truth }
 }
 
-/// The reference speed of the tool's rate stiffening, m/s.
-const RATE_REFERENCE_M_PER_S: f64 = 0.2;
-
 /// Everything that can be compared.
 pub const ALL: &[Comparable] = &[
     same("hunt-crossley-damping", "alpha_s_per_m", "alpha, the same law", |of| of("alpha")),
@@ -36,7 +35,7 @@ pub const ALL: &[Comparable] = &[
         "growth g about its own reference v₀: g/(1 + g·ln(0.2 m/s ÷ v₀)), the growth about the tool's reference",
         |of| {
             let growth = of("growth")?;
-            Some(growth / (1.0 + growth * (RATE_REFERENCE_M_PER_S / of("reference_speed")?).ln()))
+            Some(growth / (1.0 + growth * (RATE_STIFFENING_REFERENCE_M_PER_S / of("reference_speed")?).ln()))
         },
     ),
     same("mullins-softening", "excess", "softening, the same law", |of| of("softening")),

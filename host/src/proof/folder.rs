@@ -7,6 +7,7 @@
 //! DIR/diagnoses/NAME.json   what the tool said
 //! DIR/journal.jsonl     a line for each case that is done: time, and what went wrong
 //! DIR/answers.json      the answers, once everything is said
+//! DIR/peers/PEER/NAME.json  what other people's methods say, where `cargo xtask peers` was run
 //! ```
 
 use std::collections::HashMap;
@@ -107,6 +108,12 @@ impl Folder {
     #[must_use]
     pub fn answers(&self) -> PathBuf {
         self.0.join("answers.json")
+    }
+
+    /// Of the peers' answers.
+    #[must_use]
+    pub fn peers(&self) -> PathBuf {
+        self.0.join("peers")
     }
 
     fn journal(&self) -> PathBuf {

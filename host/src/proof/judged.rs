@@ -78,6 +78,18 @@ pub struct Judged {
     pub memory_mb: Option<f64>,
 }
 
+impl Judged {
+    /// Each name with what it cannot be told from: `end-stop (or hardening)`.
+    #[must_use]
+    pub fn names(&self) -> Vec<String> {
+        let name = |(id, others): (&String, &Vec<String>)| match others.as_slice() {
+            [] => id.clone(),
+            others => format!("{id} (or {})", others.join(", ")),
+        };
+        self.named.iter().zip(&self.indistinguishable_from).map(name).collect()
+    }
+}
+
 /// A parameter beside its true value.
 #[derive(Clone, Debug, Serialize)]
 pub struct Measured {

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::hidden::Hidden;
 use super::judged::Judged;
+use super::peers::compared::Compared;
 use super::score::Scores;
 use super::story::{Story, choose};
 use super::target::{Target, targets};
@@ -16,6 +17,22 @@ pub const FORMAT: &str = "thud-proof/1";
 pub struct Outcome {
     /// [`FORMAT`].
     pub format: &'static str,
+    /// Where it came from.
+    #[serde(flatten)]
+    pub origin: Origin,
+    /// What is to be reached, and what was.
+    pub targets: Vec<Target>,
+    /// All scores.
+    pub scores: Scores,
+    /// Telling ones.
+    pub stories: Vec<Story>,
+    /// Each case.
+    pub cases: Vec<Judged>,
+}
+
+/// Where a run came from.
+#[derive(Clone, Debug, Serialize)]
+pub struct Origin {
     /// The seed; the same one draws the same cases again.
     pub seed: u64,
     /// Which cases, in words.
@@ -28,12 +45,16 @@ pub struct Outcome {
     pub program_sha256: String,
     /// Processes side by side.
     pub jobs: usize,
+<<<<<<< HEAD
+=======
     /// What is to be reached, and what was.
     pub targets: Vec<Target>,
     /// All scores.
     pub scores: Scores,
     /// Telling ones.
     pub stories: Vec<Story>,
+    /// The diagnosis beside other people's methods on the same cases; nothing where those have not been run.
+    pub peers: Vec<Compared>,
     /// Each case.
     pub cases: Vec<Judged>,
 }
@@ -53,6 +74,7 @@ pub struct Origin {
     pub program_sha256: String,
     /// Processes side by side.
     pub jobs: usize,
+>>>>>>> peers
 }
 
 impl Outcome {
@@ -62,6 +84,9 @@ impl Outcome {
         let stories = choose(&cases);
         let cases: Vec<Judged> = cases.into_iter().map(|(_, judged)| judged).collect();
         let scores = Scores::of(&cases);
+<<<<<<< HEAD
+        Self { format: FORMAT, origin, targets: targets(&cases, &scores), scores, stories, cases }
+=======
         Self {
             format: FORMAT,
             seed: origin.seed,
@@ -73,7 +98,9 @@ impl Outcome {
             targets: targets(&cases, &scores),
             scores,
             stories,
+            peers: Vec::new(),
             cases,
         }
+>>>>>>> peers
     }
 }

@@ -2,6 +2,7 @@
 
 mod figure;
 pub mod page;
+pub mod peers;
 pub mod terminal;
 
 use super::target::{Demand, Target, Unit};

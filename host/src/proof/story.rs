@@ -72,12 +72,7 @@ fn about(hidden: &Hidden, judged: &Judged) -> String {
     } else {
         format!("; R² of the simulation as stated: {:.4} in the worst recording", judged.stated_r_squared)
     };
-    let said: Vec<String> = judged
-        .named
-        .iter()
-        .zip(&judged.indistinguishable_from)
-        .map(|(id, others)| if others.is_empty() { id.clone() } else { format!("{id} (or {})", others.join(", ")) })
-        .collect();
+    let said = judged.names();
     let said = if said.is_empty() { String::new() } else { format!(", {}", said.join(" and ")) };
     let held =
         judged.over_true.map_or_else(String::new, |ratio| format!(", held-out rmse {ratio:.3} times the true model's"));

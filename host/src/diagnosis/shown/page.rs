@@ -1,13 +1,13 @@
 //! The page: order of things, and the sentences between them.
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, PreEscaped, html};
 
 use super::pictured::{Pictured, pictured, shown_after};
 use super::{figure, glossary, map, sheet, spectrum, terminal};
 use crate::diagnosis::answer::Answer;
 use crate::diagnosis::evidence::evidence;
 use crate::diagnosis::{Diagnosis, words};
-use crate::report::page::STYLE;
+use crate::report::document::document;
 
 const VERDICT_STYLE: &str = "
 .verdict.consistent { border-width: 2px } .verdict.named { border-width: 5px } .verdict.ambiguous { border-style: dashed; border-width: 4px } .verdict.unexplained { border-style: double; border-width: 8px }
@@ -31,68 +31,57 @@ pub fn page(diagnosis: &Diagnosis, answer: &Answer, name: &str) -> String {
     let pictures = pictured(diagnosis, answer, &shown);
     let quantity = quantity(diagnosis);
     let title = format!("Does the simulation hold? – {name}");
-    html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width";
-                title { (title) }
-                style { (PreEscaped(STYLE)) (PreEscaped(VERDICT_STYLE)) (PreEscaped(OWN_STYLE)) }
-            }
-            body {
-                h1 { "Does the simulation hold?" }
-                p.campaign { "Diagnosis of the campaign " strong { (name) } }
-                div class={ "verdict " (answer.verdict) } {
-                    strong { (words::verdict(diagnosis, answer)) }
-                    p { (words::gain(diagnosis, answer)) }
-                    @if let Some(sentence) = words::misread(diagnosis) { p { "Left out, it was hidden: " (sentence) "." } }
+    let body = html! {
+        h1 { "Does the simulation hold?" }
+        p.campaign { "Diagnosis of the campaign " strong { (name) } }
+        div class={ "verdict " (answer.verdict) } {
+            strong { (words::verdict(diagnosis, answer)) }
+            p { (words::gain(diagnosis, answer)) }
+            @if let Some(sentence) = words::misread(diagnosis) { p { "Left out, it was hidden: " (sentence) "." } }
+        }
+        p {
+            "Recordings of impacts were compared with the simulation that the standard implies. First everything that the experimenter
+             states as uncertain was re-tuned within that uncertainty; what still differs was located, "
+            (diagnosis.tried.len()) " physical mechanisms were tried as its cause, and the result was tried on recordings that took no part."
+        }
+        dl { @for (name, value) in sheet::facts(diagnosis) { dt { (name) } dd { (value) } } }
+        @if !diagnosis.notes.is_empty() {
+            h3 { "To be noted" }
+            ul { @for note in &diagnosis.notes { li { (note.to_string()) } } }
+        }
+        (place_section(diagnosis, answer, &pictures, quantity))
+        (what_section(diagnosis, answer))
+        h2 { "How much better is it?" }
+        (sheet::overall(diagnosis, answer))
+        @if diagnosis.problem.recordings.len() > 1 {
+            p { "Each recording when it took no part in the fit:" }
+            (sheet::left_out(diagnosis))
+        }
+        (next_section(answer))
+        h2 { "All recordings, before and after" }
+        (legend())
+        div.multiples {
+            @for picture in &pictures {
+                figure {
+                    (PreEscaped(figure::recording(picture, quantity, false)))
+                    figcaption { strong { (picture.name) } ": " (picture.conditions) }
                 }
-                p {
-                    "Recordings of impacts were compared with the simulation that the standard implies. First everything that the experimenter
-                     states as uncertain was re-tuned within that uncertainty; what still differs was located, "
-                    (diagnosis.tried.len()) " physical mechanisms were tried as its cause, and the result was tried on recordings that took no part."
-                }
-                dl { @for (name, value) in sheet::facts(diagnosis) { dt { (name) } dd { (value) } } }
-                @if !diagnosis.notes.is_empty() {
-                    h3 { "To be noted" }
-                    ul { @for note in &diagnosis.notes { li { (note.to_string()) } } }
-                }
-                (place_section(diagnosis, answer, &pictures, quantity))
-                (what_section(diagnosis, answer))
-                h2 { "How much better is it?" }
-                (sheet::overall(diagnosis, answer))
-                @if diagnosis.problem.recordings.len() > 1 {
-                    p { "Each recording when it took no part in the fit:" }
-                    (sheet::left_out(diagnosis))
-                }
-                (next_section(answer))
-                h2 { "All recordings, before and after" }
-                (legend())
-                div.multiples {
-                    @for picture in &pictures {
-                        figure {
-                            (PreEscaped(figure::recording(picture, quantity, false)))
-                            figcaption { strong { (picture.name) } ": " (picture.conditions) }
-                        }
-                    }
-                }
-                (motion_section(diagnosis, &shown))
-                h2 { "Every mechanism that was tried" }
-                p {
-                    "The score compares each mechanism with what the re-tuned simulation leaves (bars are logarithmic); the promising ones were
-                     refitted in full and compared by BIC. What the words mean stands at the end."
-                }
-                (sheet::ranking(diagnosis, &evidence(diagnosis)))
-                h2 { "What was stated, and what re-tuning made of it" }
-                (sheet::beliefs(diagnosis))
-                (glossary::glossary())
-                h2 { "The answer in numbers" }
-                details { summary { "JSON, as " code { "--json" } " writes it" } pre { (serde_json::to_string_pretty(answer).unwrap_or_default()) } }
             }
         }
-    }
-    .into_string()
+        (motion_section(diagnosis, &shown))
+        h2 { "Every mechanism that was tried" }
+        p {
+            "The score compares each mechanism with what the re-tuned simulation leaves (bars are logarithmic); the promising ones were
+             refitted in full and compared by BIC. What the words mean stands at the end."
+        }
+        (sheet::ranking(diagnosis, &evidence(diagnosis)))
+        h2 { "What was stated, and what re-tuning made of it" }
+        (sheet::beliefs(diagnosis))
+        (glossary::glossary())
+        h2 { "The answer in numbers" }
+        details { summary { "JSON, as " code { "--json" } " writes it" } pre { (serde_json::to_string_pretty(answer).unwrap_or_default()) } }
+    };
+    document(&title, &[VERDICT_STYLE, OWN_STYLE], &body)
 }
 
 /// The verdict and the recording that is most off, for a page of something else.

@@ -2,7 +2,7 @@
 
 use crate::diagnosis::answer::Answer;
 use crate::diagnosis::fit::whiten;
-use crate::diagnosis::layout::{Coordinate, Role};
+use crate::diagnosis::layout::Coordinate;
 use crate::diagnosis::locate::Course;
 use crate::diagnosis::{Diagnosis, predict};
 
@@ -113,13 +113,12 @@ pub(super) fn pictured(diagnosis: &Diagnosis, answer: &Answer, shown: &[Vec<f64>
     let problem = &diagnosis.problem;
     let (baseline, best) = (&diagnosis.selection.baseline, &diagnosis.selection.best.fit);
     let noise = problem.channels[0].noise.rms().max(f64::MIN_POSITIVE);
-    let contact = best.layout.locals.iter().position(|coordinate| coordinate.role == Role::Contact);
     problem
         .recordings
         .iter()
         .enumerate()
         .map(|(number, recording)| {
-            let contact_s = contact.map_or(recording.contact_guess_s, |place| best.point.locals[number][place]);
+            let contact_s = best.layout.contact_s(&best.point, number);
             let ms: Vec<f64> = recording.times_s.iter().map(|time| 1e3 * (time - contact_s)).collect();
             let line =
                 |values: &mut dyn Iterator<Item = f64>| -> Vec<(f64, f64)> { ms.iter().copied().zip(values).collect() };

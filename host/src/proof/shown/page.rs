@@ -1,6 +1,6 @@
 //! The page: order of things, and the sentences between them.
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, PreEscaped, html};
 
 use super::super::comparable;
 use super::super::interval::{Number, Share};
@@ -10,7 +10,9 @@ use super::super::score::Group;
 use super::super::target::Target;
 use super::figure::{self, Bar};
 use super::{demand, interval, reached, value};
-use crate::report::page::STYLE;
+use crate::report::document::document;
+
+const TITLE: &str = "Is what is hidden found?";
 
 const OWN_STYLE: &str = "
 td.number { white-space: nowrap } .missed td { font-weight: bold } .note { color: #444; font-size: .84rem; font-weight: normal }
@@ -24,6 +26,38 @@ td.number { white-space: nowrap } .missed td { font-weight: bold } .note { color
 #[must_use]
 pub fn page(outcome: &Outcome) -> String {
     let scores = &outcome.scores;
+<<<<<<< HEAD
+    let body = html! {
+        h1 { (TITLE) }
+        p {
+            "A simulator that shares no code with the diagnosis made " (outcome.cases.len()) " campaigns and hid physics in them, or hid
+             nothing. Each was diagnosed by a process that had the campaign and nothing else. Then the answers were opened. This page is the
+             comparison."
+        }
+        (origin(outcome))
+        h2 { "What is to be reached, and what was" }
+        (targets(&outcome.targets))
+        p.note {
+            "Intervals hold the true share in 95 of 100 such runs (shares: Wilson; medians: order statistics); a question mark where they hold both yes and no. d is the strength of what
+             is hidden: the norm of what the best re-tuned simulation leaves of it, in units of the noise."
+        }
+        h2 { "By way of concealing" }
+        (picture(&scores.by_way, |group| (group.right, None), "The right verdict: for what may be named, named and within the named set; else \
+            “unexplained” or “consistent” as it is right. Pairs are two effects at once."))
+        (groups(&scores.by_way))
+        @if !scores.by_strength.is_empty() {
+            h2 { "One effect, by strength" }
+            (picture(&scores.by_strength, |group| (group.first, Some(group.within)), "Filled: named first. Outline: within the set that the tool cannot tell apart."))
+            (groups(&scores.by_strength))
+        }
+        h2 { "By effect" }
+        (picture(&scores.by_effect, |group| (if group.first.of > 0 { group.first } else { group.right }, (group.first.of > 0).then_some(group.within)),
+            "Effects of the list: named first (filled), within the named set (outline). Effects that are not in the list, or were taken out of it: called “unexplained”."))
+        @if scores.imitated.of > 0 {
+            p {
+                "Of " (scores.imitated.of) " cases with something that is not in the list, " (scores.imitated.hits) " were named as something else that describes
+                 them within half a per cent of the true model on recordings held out: there, nothing in the data calls for “unexplained”."
+=======
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -65,6 +99,10 @@ pub fn page(outcome: &Outcome) -> String {
                          them within half a per cent of the true model on recordings held out: there, nothing in the data calls for “unexplained”."
                     }
                 }
+                @if !outcome.peers.is_empty() {
+                    h2 { "Other methods on the same cases" }
+                    (super::peers::table(&outcome.peers))
+                }
                 h2 { "Who was taken for whom" }
                 figure.matrix {
                     (PreEscaped(figure::confusion(&scores.confusion)))
@@ -84,26 +122,46 @@ pub fn page(outcome: &Outcome) -> String {
                 h2 { "Every case" }
                 (cases(&outcome.cases))
                 (definitions())
+>>>>>>> peers
             }
         }
-    }
-    .into_string()
+        h2 { "Who was taken for whom" }
+        figure.matrix {
+            (PreEscaped(figure::confusion(&scores.confusion)))
+            figcaption {
+                "Rows: what was hidden alone (with an asterisk: not in the tool's list, or taken out of it). Columns: what the tool named first, or its
+                 verdict. The darker, the larger the share of the row; a heavy frame is where it should be."
+            }
+        }
+        @if !outcome.stories.is_empty() {
+            h2 { "Telling cases" }
+            dl { @for story in &outcome.stories { dt { (story.name.replace('-', " ")) } dd { (story.about) " (case " (story.case) ")" } } }
+        }
+        h2 { "When it says p, is it p?" }
+        (calibration(outcome))
+        h2 { "Numbers" }
+        (parameters(outcome))
+        h2 { "Every case" }
+        (cases(&outcome.cases))
+        (definitions())
+    };
+    document(TITLE, &[OWN_STYLE], &body)
 }
 
 fn origin(outcome: &Outcome) -> Markup {
     html! {
         dl {
-            dt { "seed" } dd { (outcome.seed) ", " (outcome.composition) }
+            dt { "seed" } dd { (outcome.origin.seed) ", " (outcome.origin.composition) }
             dt { "answers" }
             dd {
-                @if outcome.sealed { "sealed while the campaigns were diagnosed" } @else { "open: from an earlier run, so this is work on the diagnosis and no proof" }
-                "; SHA-256 " code { (outcome.answers_sha256) }
+                @if outcome.origin.sealed { "sealed while the campaigns were diagnosed" } @else { "open: from an earlier run, so this is work on the diagnosis and no proof" }
+                "; SHA-256 " code { (outcome.origin.answers_sha256) }
             }
-            dt { "program" } dd { "SHA-256 " code { (outcome.program_sha256) } }
+            dt { "program" } dd { "SHA-256 " code { (outcome.origin.program_sha256) } }
             dt { "time for a campaign" }
             dd {
                 "median " (plain(outcome.scores.seconds.value, 2)) " s, longest " (format!("{:.1}", outcome.scores.longest_s)) " s, all together " (format!("{:.1}", outcome.scores.all_s / 60.0)) " min of a
-                 processor; one thread each, " (outcome.jobs) " side by side"
+                 processor; one thread each, " (outcome.origin.jobs) " side by side"
             }
             dt { "rmse, held out" }
             dd {
@@ -257,7 +315,7 @@ fn cases(cases: &[Judged]) -> Markup {
                             td.number { (format!("{:.1}", case.d)) }
                             td.number { (format!("{:.4}", case.stated_r_squared)) }
                             td { (case.verdict) @if let Some(why) = &case.failure { ": " (why) } }
-                            td { (said(case)) }
+                            td { (case.names().join(" + ")) }
                             td.number { (plain(case.over_noise, 3)) }
                             td.number { (plain(case.over_true, 3)) }
                             td.number { (format!("{:.1}", case.seconds)) }
@@ -267,16 +325,6 @@ fn cases(cases: &[Judged]) -> Markup {
             }
         }
     }
-}
-
-fn said(case: &Judged) -> String {
-    let each: Vec<String> = case
-        .named
-        .iter()
-        .zip(&case.indistinguishable_from)
-        .map(|(id, others)| if others.is_empty() { id.clone() } else { format!("{id} ({})", others.join(", ")) })
-        .collect();
-    each.join(" + ")
 }
 
 fn definitions() -> Markup {

@@ -56,6 +56,9 @@ pub fn screenful(outcome: &Outcome) -> String {
             imitated.of, imitated.hits
         );
     }
+    if !outcome.peers.is_empty() {
+        let _ = writeln!(text, "{}", super::peers::rows(&outcome.peers));
+    }
     let failed: Vec<_> = outcome.cases.iter().filter(|case| case.failure.is_some()).collect();
     if !failed.is_empty() {
         let _ = writeln!(text, "  Without an answer:");
