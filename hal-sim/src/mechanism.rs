@@ -61,7 +61,6 @@ use crate::rig::Assembly;
 
 pub use effect::{Effect, MechanismError};
 pub use parameter::{Parameter, Scale, Search};
-pub use rate_stiffening::REFERENCE_M_PER_S as RATE_STIFFENING_REFERENCE_M_PER_S;
 
 /// Every mechanism, in the order of the campaign contract.
 pub static LIST: &[&Mechanism] = &[

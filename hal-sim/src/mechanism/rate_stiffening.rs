@@ -1,19 +1,19 @@
 //! The pad is stiffer against a faster hit.
 //!
 //! k(v) = k·(1 + a·ln(v/v_ref)), v the speed at first contact, to which the mean strain rate of the hit is
-//! proportional, and v_ref = 0.2 m/s, at which the rig's own stiffness holds. (v_ref is no parameter: together with the
-//! stiffness it would be one number too many.) The law is one of the mean rate and not of the rate at each instant:
-//! with the latter the force would rise the faster the pad is let go, and a massless piece could not be balanced; what
-//! loss comes with the stiffening is `pad-relaxation`'s or `hunt-crossley-damping`'s. On a rig without a pad it is the
-//! springs' stiffness that grows.
+//! proportional, and v_ref the speed at which the rig's own stiffness holds: that of the press or the hit that told it.
+//! (With a stiffness that nobody has stated, v_ref would be one number too many.) The law is one of the mean rate and
+//! not of the rate at each instant: with the latter the force would rise the faster the pad is let go, and a massless
+//! piece could not be balanced; what loss comes with the stiffening is `pad-relaxation`'s or `hunt-crossley-damping`'s.
+//! On a rig without a pad it is the springs' stiffness that grows.
 //!
 //! Source: logarithmic rate law of rubber and foam in drop tests; a 0.02 to 0.1 per factor e.
 
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::Assembly;
 
-/// The speed at which the rig's own stiffness holds, m/s: about the geometric mean of 0.05 and 0.6.
-pub const REFERENCE_M_PER_S: f64 = 0.2;
+/// No pad softens below this part of its stiffness: a logarithm has no bottom.
+const SOFTEST: f64 = 0.1;
 
 /// Below this speed the pad is pressed, not hit, and its stiffness falls no further, m/s.
 const SLOWEST_M_PER_S: f64 = 0.005;
@@ -22,19 +22,32 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "rate-stiffening",
     group: Group::Contact,
     site: Site::Pad,
-    equation: "k(v) = k·(1 + a·ln(v/0.2 m/s)), v the speed at first contact",
+    equation: "k(v) = k·(1 + a·ln(v/v_ref)), v the speed at first contact",
     source: "logarithmic rate law of rubber; a 0.02 to 0.1",
-    parameters: &[Parameter {
-        name: "per_e_fold",
-        unit: "1",
-        meaning: "relative gain in stiffness for e times the speed",
-        null: Some(0.0),
-        range: (0.0, 0.6),
-        plausible: (0.002, 0.15),
-        typical: 0.05,
-        scale: Scale::Logarithmic,
-        search: Search::Strength,
-    }],
+    parameters: &[
+        Parameter {
+            name: "per_e_fold",
+            unit: "1",
+            meaning: "relative gain in stiffness for e times the speed",
+            null: Some(0.0),
+            range: (0.0, 0.6),
+            plausible: (0.002, 0.15),
+            typical: 0.05,
+            scale: Scale::Logarithmic,
+            search: Search::Strength,
+        },
+        Parameter {
+            name: "reference_m_per_s",
+            unit: "m/s",
+            meaning: "speed v_ref at which the stated stiffness holds",
+            null: None,
+            range: (1e-3, 20.0),
+            plausible: (0.05, 0.8),
+            typical: 0.2,
+            scale: Scale::Logarithmic,
+            search: Search::Typical,
+        },
+    ],
     signature: "the fitted stiffness grows with the logarithm of the speed, each pulse is a clean one",
     confused_with: &["hardening", "joint-elasticity", "mullins-softening"],
     separated_by: "another mass at the same speed changes the peak and with it hardening, but not this; the pad alone in a press",
@@ -44,7 +57,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 fn enter(effect: &Effect, assembly: &mut Assembly) {
     let speed = assembly.approach.speed_m_per_s.abs().max(SLOWEST_M_PER_S);
     let element = assembly.pad.as_mut().unwrap_or(&mut assembly.spring);
-    element.stiffness_n_per_m *= 1.0 + effect.value(0) * (speed / REFERENCE_M_PER_S).ln();
+    element.stiffness_n_per_m *= (1.0 + effect.value(0) * (speed / effect.value(1)).ln()).max(SOFTEST);
 }
 
 #[cfg(test)]

@@ -121,6 +121,7 @@ fn separation(problem: &Problem, one: &Fit, other: &Fit, like: usize, speed: f64
             times_s: times_s.clone(),
             series,
             mean_of_s2: pattern.mean_of_s2,
+            sample_s: pattern.sample_s,
             speed: crate::campaign::Estimate::new(
                 speed,
                 pattern.speed.sd / pattern.speed.value.abs().max(1e-9) * speed,

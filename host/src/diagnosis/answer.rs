@@ -1,6 +1,7 @@
 //! The answer as the contract has it: `thud-diagnosis/1`.
 
 use serde::Serialize;
+use thud_sim::mechanism::{Scale, Search};
 
 use super::Diagnosis;
 use super::held_out::{pooled, rmse};
@@ -15,6 +16,9 @@ use super::words;
 pub const FORMAT: &str = "thud-diagnosis/1";
 /// What the `format` key of an evaluation says.
 pub const FORMAT_EVALUATION: &str = "thud-evaluation/1";
+/// How far a parameter may be off because no rig is quite like an equation, relative: what the parameters of 50 cases of the concealing
+/// simulator, whose equations are others, were off by beyond noise.
+const EQUATIONS: f64 = 0.1;
 /// Two-sided 95 % of a normal distribution.
 const DEVIATIONS_95: f64 = 1.959_964;
 
@@ -181,9 +185,20 @@ fn unexplained(diagnosis: &Diagnosis, held_out_rmse: f64) -> Unexplained {
     }
 }
 
-/// A mechanism's parameters in the chosen model, with intervals from the curvature of χ².
+/// A mechanism's parameters in the chosen model: intervals from the curvature of χ² and from [`EQUATIONS`].
 #[must_use]
 pub fn parameters(diagnosis: &Diagnosis, place: usize) -> Vec<Value> {
+    within(diagnosis, place, EQUATIONS)
+}
+
+/// The same with what noise alone leaves open: for recordings of the same rig, for which the equations are wrong in the same way.
+#[must_use]
+pub fn parameters_by_noise(diagnosis: &Diagnosis, place: usize) -> Vec<Value> {
+    within(diagnosis, place, 0.0)
+}
+
+/// `equations`: relative deviation from what the equations lack.
+fn within(diagnosis: &Diagnosis, place: usize, equations: f64) -> Vec<Value> {
     let selection = &diagnosis.selection;
     let fit = &selection.best.fit;
     let deviations = selection.tangent.normal(0.0).map(|normal| normal.global_deviations());
@@ -199,7 +214,14 @@ pub fn parameters(diagnosis: &Diagnosis, place: usize) -> Vec<Value> {
             let global = fit.layout.globals.iter().position(|coordinate| coordinate.role == role);
             let interval = global.zip(deviations.as_ref()).map(|(global, deviations)| {
                 let here = coordinate_of(parameter, value);
-                let half = DEVIATIONS_95 * deviations[global];
+                // A line is counted, period by period, whatever the equation.
+                let counted = parameter.search == Search::OfLines;
+                let equations = match parameter.scale {
+                    _ if counted => 0.0,
+                    Scale::Logarithmic => equations,
+                    Scale::Linear => equations * value.abs(),
+                };
+                let half = DEVIATIONS_95 * deviations[global].hypot(equations);
                 (value_of(parameter, here - half), value_of(parameter, here + half))
             });
             let (low, high) = interval.unwrap_or((value, value));

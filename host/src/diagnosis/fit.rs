@@ -15,6 +15,8 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
+use thud_sim::rig::Impact;
+
 use super::layout::{Layout, Point, Role};
 use super::predict;
 use super::problem::Problem;
@@ -42,6 +44,8 @@ impl Effort {
     pub const FULL: Self = Self { iterations: 25, globals: true, nuisances: true };
     /// A first look.
     pub const BRIEF: Self = Self { iterations: 4, globals: true, nuisances: true };
+    /// A first look from far away.
+    pub const ANEW: Self = Self { iterations: 10, globals: true, nuisances: true };
     /// From where a fit to nearly the same recordings came to.
     pub const AGAIN: Self = Self { iterations: 4, globals: true, nuisances: true };
     /// Only what each recording has for itself.
@@ -168,14 +172,14 @@ impl Fit {
         self.residuals[recording].iter().map(|r| robust(*r)).sum()
     }
 
-    /// How far the most strained belief about rig and masses is from where it was, in its deviations.
+    /// How far the most strained belief about rig, masses and filter is from where it was, in its deviations.
     #[must_use]
     pub fn strain(&self) -> f64 {
         let deviations = |(coordinate, value): (&super::layout::Coordinate, &f64)| {
-            coordinate.prior.map_or(0.0, |(mean, sd)| ((value - mean) / sd).abs())
+            let mechanism = matches!(coordinate.role, Role::Mechanism { .. });
+            coordinate.prior.filter(|_| !mechanism).map_or(0.0, |(mean, sd)| ((value - mean) / sd).abs())
         };
-        let rig = self.layout.of_rig;
-        self.layout.globals[..rig].iter().zip(&self.point.globals).map(deviations).fold(0.0, f64::max)
+        self.layout.globals.iter().zip(&self.point.globals).map(deviations).fold(0.0, f64::max)
     }
 
     /// The derivative at the fit.
@@ -197,15 +201,18 @@ impl Fit {
         let here = &self.model[recording];
         let configuration = problem.recordings[recording].configuration;
         let impact = predict::strike(problem, layout, &self.point, recording).ok()?;
-        let difference = |moved: &Point, step: f64| -> Option<Vec<f64>> {
-            let impact = predict::strike(problem, layout, moved, recording).ok()?;
-            let values = predict::read(problem, layout, moved, recording, &impact, 0.0);
+        let read = |moved: &Point, impact: &Impact, step: f64| -> Option<Vec<f64>> {
+            let values = predict::read(problem, layout, moved, recording, impact, 0.0);
             let mut column: Vec<f64> = values.iter().zip(here).map(|(there, here)| (there - here) / step).collect();
             if column.iter().any(|value| !value.is_finite()) {
                 return None;
             }
             whiten(problem, &mut column);
             Some(column)
+        };
+        let difference = |moved: &Point, step: f64| {
+            let impact = predict::strike(problem, layout, moved, recording).ok()?;
+            read(moved, &impact, step)
         };
         let mut global = DMatrix::zeros(rows, layout.globals.len());
         let mut local = DMatrix::zeros(rows, layout.locals.len());
@@ -222,11 +229,13 @@ impl Fit {
             let quotient = |step: f64| {
                 let mut moved = self.point.clone();
                 moved.globals[place] += step;
-                difference(&moved, step)
+                // The motion is the same, it is only read through another filter.
+                if coordinate.role == Role::Converter { read(&moved, &impact, step) } else { difference(&moved, step) }
             };
             let mut column = stepped(coordinate.step, coordinate.range, self.point.globals[place], quotient)?;
             // Stiffnesses in series and a mass nearly imitate each other: the bend of a one-sided difference would tell them apart.
-            if place < layout.of_rig
+            // A strength moves jumps, of which one side sees only those that come too soon.
+            if (place < layout.of_rig || matches!(coordinate.role, Role::Mechanism { place: 0, .. }))
                 && let Some(other) = quotient(-coordinate.step)
             {
                 column.iter_mut().zip(&other).for_each(|(a, b)| *a = 0.5 * (*a + b));

@@ -1,12 +1,13 @@
 //! What was found, as a model file that `thud simulate --model` runs and `thud evaluate` judges.
 //!
-//! The rig has the stiffnesses of the chosen model with their posterior deviations, each mechanism its values with 95 % intervals.
+//! The rig has the stiffnesses of the chosen model with their posterior deviations, each mechanism its values with the 95 %
+//! intervals that noise leaves: the next recordings of this rig are compared with them.
 //! What belongs to single recordings (speeds, phases, instants) is not the rig's and is not in it; a comment says so where it matters.
 
 use std::fmt::Write as _;
 
 use super::Diagnosis;
-use super::answer::parameters;
+use super::answer::parameters_by_noise;
 use super::layout::{Role, Scope};
 use super::retuned::retuned;
 use crate::campaign::Estimate;
@@ -33,7 +34,7 @@ pub fn found_model(diagnosis: &Diagnosis, name: &str) -> Model {
         .enumerate()
         .map(|(place, entrant)| {
             let effect = fit.layout.effect(problem, place, &fit.point);
-            let intervals = parameters(diagnosis, place)
+            let intervals = parameters_by_noise(diagnosis, place)
                 .iter()
                 .zip(effect.mechanism().parameters)
                 .enumerate()

@@ -1,7 +1,7 @@
 //! What is free in a fit: the coordinates of rig, recordings and mechanisms, each with its prior and bounds.
 //!
 //! ```text
-//! global   ln k_body  ln k_pad  ln m of each configuration  parameters of the mechanisms
+//! global   ln k_body  ln k_pad  ln m of each configuration  width of the converter's filter  parameters of the mechanisms
 //! local    contact instant  ln v  ln k of this recording  offset of each channel  parameters that each recording has for itself
 //! ```
 //!
@@ -9,7 +9,7 @@
 //! stated deviation; contact instant and offset are free.
 
 use nalgebra::DVector;
-use thud_sim::mechanism::{Effect, Mechanism, Parameter, Scale};
+use thud_sim::mechanism::{Effect, Mechanism, Parameter, Scale, Search};
 
 use super::fit::Imitation;
 use super::problem::Problem;
@@ -17,6 +17,12 @@ use super::subset::Subset;
 
 /// Uncertainties below this are no freedom at all, relative.
 const LEAST_SD: f64 = 1e-5;
+/// Half the variance, in samples, of the response of the filter before a converter, and its deviation: 0.008·(rate/corner)² for a Bessel
+/// filter of four poles (from the second cumulant of 105/(s⁴ + 10s³ + 45s² + 105s + 105)), whose corner lies at a half to a fifth of
+/// the rate. It rounds what jumps: a pad that comes off, a dashpot that is touched.
+const CONVERTER: (f64, f64) = (0.06, 0.05);
+/// Beyond this the filter is a lag of its own (`filter-lag`).
+const WIDEST_CONVERTER: f64 = 0.2;
 /// Where the prior of a mechanism's parameter ends: its plausible range is this many deviations to either side.
 const PLAUSIBLE_DEVIATIONS: f64 = 1.5;
 
@@ -81,6 +87,8 @@ pub enum Role {
     Contact,
     /// A recording's speed less the stated one, over [`Prepared::speed_scale`](super::problem::Prepared::speed_scale).
     Speed,
+    /// Half the variance of the filter before the converter, samples².
+    Converter,
     /// ln of a recording's spring stiffness over the campaign's.
     Repeat,
     /// Offset of a channel.
@@ -186,6 +194,16 @@ impl Layout {
             globals.push(relative(Role::Mass(configuration), *sd));
         }
         let of_rig = globals.len();
+        if problem.has_springs() {
+            let (mean, sd) = CONVERTER;
+            globals.push(Coordinate {
+                role: Role::Converter,
+                prior: Some((mean, sd)),
+                step: 0.02,
+                stride: 0.1,
+                range: (0.0, WIDEST_CONVERTER),
+            });
+        }
         let mut locals = vec![Coordinate {
             role: Role::Contact,
             prior: None,
@@ -226,6 +244,7 @@ impl Layout {
                 let effect = &self.entrants[entrant].effect;
                 coordinate_of(&effect.mechanism().parameters[place], effect.value(place))
             }
+            Role::Converter => CONVERTER.0,
             _ => 0.0,
         };
         Point {
@@ -309,6 +328,36 @@ impl Layout {
         }
     }
 
+    /// A point whose rig, masses, speeds and filter are what was stated, and everything else as it is.
+    #[must_use]
+    pub fn as_stated(&self, point: &Point) -> Point {
+        let mut stated = point.clone();
+        stated.globals[..self.of_rig].fill(0.0);
+        for (coordinate, value) in self.globals.iter().zip(&mut stated.globals) {
+            if coordinate.role == Role::Converter {
+                *value = CONVERTER.0;
+            }
+        }
+        for local in &mut stated.locals {
+            for (coordinate, value) in self.locals.iter().zip(local) {
+                if matches!(coordinate.role, Role::Speed | Role::Repeat) {
+                    *value = 0.0;
+                }
+            }
+        }
+        stated
+    }
+
+    /// Puts every contact where the recordings alone seem to have it.
+    pub fn touch_as_guessed(&self, problem: &Problem, point: &mut Point) {
+        let contact = self.locals.iter().position(|coordinate| coordinate.role == Role::Contact);
+        for (local, recording) in point.locals.iter_mut().zip(&problem.recordings) {
+            if let Some(place) = contact {
+                local[place] = recording.contact_guess_s;
+            }
+        }
+    }
+
     /// Deviation of the prior of a local coordinate in one recording: speeds have their own each.
     #[must_use]
     pub fn local_prior(&self, problem: &Problem, recording: usize, place: usize) -> Option<(f64, f64)> {
@@ -377,6 +426,8 @@ fn mechanism_coordinate(problem: &Problem, mechanism: &'static Mechanism, entran
     };
     let prior = stated.map(|mass| (mass.value.ln(), (mass.sd / mass.value).max(LEAST_SD))).or(prior);
     let step = match parameter.scale {
+        // A jump that moves (what pulls comes off later) shows only where it moves by a part of a sample.
+        Scale::Logarithmic if parameter.search == Search::Strength => 5e-2,
         Scale::Logarithmic => 2e-3,
         Scale::Linear => 2e-3 * (likely_high - likely_low),
     };

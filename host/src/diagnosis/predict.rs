@@ -4,7 +4,7 @@ use thud_sim::mechanism::Effect;
 use thud_sim::rig::{Accuracy, Approach, Impact, Quantity, Rig, RigError};
 
 use super::layout::{Coordinate, Layout, Point, Role};
-use super::problem::{ChannelModel, Problem};
+use super::problem::{ChannelModel, Prepared, Problem};
 use crate::model;
 
 /// As exact as the thinnest noise needs: a finite difference of 10⁻³ sees errors of 10⁻⁴ of the effect.
@@ -76,8 +76,8 @@ pub fn read(
         let from = values.len();
         values.resize(from + since_s.len(), 0.0);
         let series = &mut values[from..];
-        felt(channel, impact, &since_s, series);
-        mean_over_block(series, &since_s, prepared.mean_of_s2);
+        felt(channel, impact, &since_s, converter_s2(layout, point, prepared), series);
+        averaged(series, &since_s, prepared.mean_of_s2);
         told(channel, layout.local(point, recording, Role::Offset(number)), series);
     }
     values
@@ -92,14 +92,16 @@ pub fn raw(problem: &Problem, layout: &Layout, point: &Point, recording: usize) 
     let impact = strike_until(problem, layout, point, recording, since_s[since_s.len() - 1]).ok()?;
     let channel = &problem.channels[0];
     let mut values = vec![0.0; since_s.len()];
-    felt(channel, &impact, &since_s, &mut values);
+    felt(channel, &impact, &since_s, converter_s2(layout, point, prepared), &mut values);
     told(channel, layout.local(point, recording, Role::Offset(0)), &mut values);
     Some(values)
 }
 
-/// What reaches a channel's readout at instants after contact; a force by way of the measuring chain.
-fn felt(channel: &ChannelModel, impact: &Impact, since_s: &[f64], series: &mut [f64]) {
+/// What reaches a channel's readout at instants after contact, by way of the converter's filter; a force by way of the measuring chain,
+/// which may lose or clip what the filter has rounded.
+fn felt(channel: &ChannelModel, impact: &Impact, since_s: &[f64], converter_s2: f64, series: &mut [f64]) {
     impact.sample_into(channel.quantity, since_s, series);
+    averaged(series, since_s, converter_s2);
     if channel.quantity == Quantity::CellForce {
         impact.apply_chain(since_s, series);
     }
@@ -113,8 +115,14 @@ fn told(channel: &ChannelModel, offset: Option<f64>, series: &mut [f64]) {
     }
 }
 
-/// What a mean over a block of samples reads where the curve is bent: its second difference says how much.
-fn mean_over_block(series: &mut [f64], times_s: &[f64], mean_of_s2: f64) {
+/// Half the variance of what the filter before the converter averages over, s².
+fn converter_s2(layout: &Layout, point: &Point, prepared: &Prepared) -> f64 {
+    let place = layout.globals.iter().position(|coordinate| coordinate.role == Role::Converter);
+    place.map_or(0.0, |place| point.globals[place]) * prepared.sample_s.powi(2)
+}
+
+/// What a mean reads where the curve is bent, over a block of samples or by a filter: its second difference says how much.
+fn averaged(series: &mut [f64], times_s: &[f64], mean_of_s2: f64) {
     if mean_of_s2 == 0.0 || series.len() < 3 {
         return;
     }

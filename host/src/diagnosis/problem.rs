@@ -67,6 +67,8 @@ pub struct Prepared {
     pub series: Vec<Vec<f64>>,
     /// (n² − 1)·Δt²/24 for means over n samples: a mean is the value in the middle plus this times the curvature, s².
     pub mean_of_s2: f64,
+    /// Time between two samples of the converter, s.
+    pub sample_s: f64,
     /// Speed at contact, as believed.
     pub speed: Estimate,
     /// Effective mass, as believed.
@@ -203,6 +205,7 @@ impl Problem {
                 times_s: thinned.times_s,
                 series: thinned.series,
                 mean_of_s2: thinned.mean_of_s2,
+                sample_s: raw.interval_s,
                 speed: entry.impact_speed_m_per_s,
                 mass: entry.effective_mass_kg,
                 configuration: number,

@@ -18,7 +18,8 @@ pub const UNLIKELY: f64 = 1e-8;
 /// leave more than 5 %.
 const WORTH: f64 = 0.02;
 
-/// No rig is quite like an equation: of two that differ by less than this part of what both explain, either may be it.
+/// No rig is quite like an equation: of two that differ by less than this part of what both explain there,
+/// either may be it.
 const LIKENESS: f64 = 0.015;
 
 /// The verdict.
@@ -65,7 +66,9 @@ impl Verdict {
 /// Whether something significant is left that is worth a word.
 #[must_use]
 pub fn remains(selection: &Selection) -> bool {
-    rest_share(selection) > WORTH
+    // The equations of each mechanism have their own error.
+    let mechanisms = selection.best.fit.layout.entrants.len().max(1);
+    rest_share(selection) > WORTH * mechanisms as f64
 }
 
 /// The part of what the baseline leaves that is still left, as far as it is significant: the excess of the rest, or of one recording
@@ -83,9 +86,7 @@ pub fn rest_share(selection: &Selection) -> f64 {
 #[must_use]
 pub fn twins(selection: &Selection, place: usize) -> Vec<(&'static str, f64)> {
     let mut twins: Vec<(&'static str, f64)> = Vec::new();
-    let gained = selection.baseline.cost - selection.best.fit.cost;
-    let alone = selection.best.fit.layout.entrants.len() == 1;
-    let reach = if alone { WITHIN_REACH.max(LIKENESS * gained) } else { WITHIN_REACH };
+    let reach = WITHIN_REACH.max(LIKENESS * selection.worth.get(place).copied().unwrap_or(0.0));
     let chosen = &selection.best.fit.layout.entrants[place];
     for (of, trial) in &selection.rivals {
         let gap = trial.bic - selection.best.bic;

@@ -3,8 +3,6 @@
 //! The two simulators share no equations, so that most shapes have no common number: a spectrum of relaxation has not one time
 //! constant. Where both have the quantity, its error and the coverage of its interval are scored; where not, [`NOT`] says why.
 
-use thud_sim::mechanism::RATE_STIFFENING_REFERENCE_M_PER_S;
-
 use super::hidden::Hidden;
 
 /// The tool's parameter that has a true value.
@@ -29,15 +27,7 @@ const fn same(mechanism: &'static str, parameter: &'static str, from: &'static s
 pub const ALL: &[Comparable] = &[
     same("hunt-crossley-damping", "alpha_s_per_m", "alpha, the same law", |of| of("alpha")),
     same("viscous-damping", "damping_Ns_per_m", "damping, the same dashpot", |of| of("damping")),
-    same(
-        "rate-stiffening",
-        "per_e_fold",
-        "growth g about its own reference v₀: g/(1 + g·ln(0.2 m/s ÷ v₀)), the growth about the tool's reference",
-        |of| {
-            let growth = of("growth")?;
-            Some(growth / (1.0 + growth * (RATE_STIFFENING_REFERENCE_M_PER_S / of("reference_speed")?).ln()))
-        },
-    ),
+    same("rate-stiffening", "per_e_fold", "growth, the same law about its own reference", |of| of("growth")),
     same("mullins-softening", "excess", "softening, the same law", |of| of("softening")),
     same("mullins-softening", "hits", "hits, the same law", |of| of("hits")),
     same(

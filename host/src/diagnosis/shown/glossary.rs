@@ -40,7 +40,10 @@ pub(super) fn glossary() -> Markup {
             "p",
             "the probability of a misfit this large if there were none, corrected for all the places that were looked at",
         ),
-        ("interval", "95 %: in 19 of 20 such campaigns it holds the true value"),
+        (
+            "interval",
+            "95 %: from the noise, and from the tenth by which an equation that is not quite the rig's may be off",
+        ),
     ];
     html! {
         h2 { "What the words mean" }
