@@ -19,7 +19,7 @@ use crate::predict::shown::{Tested, page, table};
 use crate::predict::task::{CASES, Task};
 use crate::predict::trial::{Whole, folds, trials};
 use crate::predict::{beside, paper};
-use crate::settings::names;
+use crate::settings::one_of;
 use crate::simulation::simulate;
 use crate::table::{Side, Table};
 
@@ -54,8 +54,8 @@ struct Data {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Which plan
-    #[arg(long, value_name = "PLAN", default_value = Kind::Paper.name(), value_parser = names(&Kind::ALL, Kind::name))]
-    plan: String,
+    #[arg(long, value_name = "PLAN", default_value = Kind::Paper.name(), value_parser = one_of(&Kind::ALL, Kind::name))]
+    plan: Kind,
     /// How often each region's rig is put together anew
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
     sessions: u32,
@@ -84,8 +84,8 @@ struct Test {
     #[command(flatten)]
     folding: Folding,
     /// What stays together: an impact, or a whole campaign (forecasts for a rig that nothing was learned from)
-    #[arg(long, value_name = "WHAT", default_value = Whole::Impact.name(), value_parser = names(&Whole::ALL, Whole::name))]
-    whole: String,
+    #[arg(long, value_name = "WHAT", default_value = Whole::Impact.name(), value_parser = one_of(&Whole::ALL, Whole::name))]
+    whole: Whole,
     /// Also run scikit-learn's learners on the same rows and folds, by this Python, which has it
     #[arg(long, value_name = "PYTHON")]
     scikit_learn: Option<PathBuf>,
@@ -113,11 +113,11 @@ struct Train {
     #[arg(value_name = "CAMPAIGN", required = true)]
     campaigns: Vec<PathBuf>,
     /// What it forecasts: the force over time (profile) or the peak, before the contact; or the peak from the rise (online)
-    #[arg(long, default_value = Task::Peak.name(), value_parser = names(&Task::ALL, Task::name))]
-    task: String,
+    #[arg(long, default_value = Task::Peak.name(), value_parser = one_of(&Task::ALL, Task::name))]
+    task: Task,
     /// Who learns; `table`: what the sensor has room for
-    #[arg(long, default_value = Learner::Boosted.name(), value_parser = names(&Learner::ALL, Learner::name))]
-    learner: String,
+    #[arg(long, default_value = Learner::Boosted.name(), value_parser = one_of(&Learner::ALL, Learner::name))]
+    learner: Learner,
     /// Learn the force itself, not what physics leaves of it
     #[arg(long)]
     without_physics: bool,
@@ -158,14 +158,14 @@ impl Predict {
 #[derive(Serialize)]
 struct Made {
     seed: u64,
-    plan: String,
+    plan: &'static str,
     campaigns: Vec<String>,
     impacts: usize,
 }
 
 impl Data {
     fn run(self) -> miette::Result<()> {
-        let kind = Kind::ALL.into_iter().find(|kind| kind.name() == self.plan).unwrap_or_default();
+        let kind = self.plan;
         let plans = plan::campaigns(kind, self.sessions as usize, self.seed);
         for (folder, _) in &plans {
             let present = self.out.join(folder).join(campaign::FILE_NAME);
@@ -181,7 +181,7 @@ impl Data {
         // Drawn on standard error, and only on a terminal.
         let bar = ProgressBar::new(impacts as u64)
             .with_style(ProgressStyle::with_template("  simulating {bar:32} {pos}/{len}").into_diagnostic()?);
-        let mut made = Made { seed: self.seed, plan: self.plan.clone(), campaigns: Vec::new(), impacts };
+        let mut made = Made { seed: self.seed, plan: self.plan.name(), campaigns: Vec::new(), impacts };
         for (name, plan) in &plans {
             let folder = self.out.join(name);
             let simulated = simulate(plan, || bar.inc(1))?;
@@ -255,7 +255,7 @@ impl Test {
         }
         let steps = Steps::new()?;
         let dataset = read_all(&self.campaigns, &steps)?;
-        let whole = Whole::ALL.into_iter().find(|whole| whole.name() == self.whole).unwrap_or_default();
+        let whole = self.whole;
         let fold_of = folds(&dataset, whole, self.folding.folds, self.folding.seed)?;
         let mut trials = trials(&dataset, &CASES, &fold_of, |case| {
             steps.next(&format!("{} from {} by {}", case.task.name(), case.from(), case.by()));
@@ -413,9 +413,8 @@ fn notes(notes: &[String]) {
 
 impl Train {
     fn run(self) -> miette::Result<()> {
-        let task = Task::ALL.into_iter().find(|task| task.name() == self.task).unwrap_or(Task::Peak);
-        let learner =
-            Learner::ALL.into_iter().find(|learner| learner.name() == self.learner).unwrap_or(Learner::Boosted);
+        let task = self.task;
+        let learner = self.learner;
         let steps = Steps::new()?;
         let dataset = read_all(&self.campaigns, &steps)?;
         steps.next("learning");

@@ -287,8 +287,8 @@ fn impact(known: Impact, recording: &Recording, noise: f64) -> Result<Impact, St
     even.values.iter_mut().for_each(|value| *value -= zero);
     let noticed_s = even.time_s(noticed);
     let mut rise = Rise::default();
-    for index in 0..INSTANTS {
-        let (mean, middle) = even.mean_before(noticed_s + f64::from(DUE[index].0));
+    for (index, due) in DUE.iter().enumerate() {
+        let (mean, middle) = even.mean_before(noticed_s + f64::from(due.0));
         rise.at[index] = (middle - noticed_s) as f32;
         rise.force[index] = mean as f32;
     }

@@ -200,7 +200,6 @@ fn matrix(x: &[Vec<f64>]) -> Result<Matrix, NotLearned> {
     DenseMatrix::new(x.len(), columns, x.concat(), false).map_err(refused)
 }
 
-#[expect(clippy::needless_pass_by_value, reason = "a function for `map_err`")]
 fn refused(error: impl std::fmt::Display) -> NotLearned {
     NotLearned::Refused(error.to_string())
 }
@@ -259,7 +258,6 @@ fn spread(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
 }
 
 /// Every so many-th, so that at most [`SVR_ROWS`] remain.
-#[must_use]
 pub fn thinned(rows: usize) -> impl Iterator<Item = usize> {
     (0..rows).step_by(rows.div_ceil(SVR_ROWS).max(1))
 }

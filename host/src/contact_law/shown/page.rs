@@ -1,6 +1,6 @@
 //! The page: order of things, and the sentences between them.
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, PreEscaped, html};
 
 use super::{figure, left, short, verdict};
 use crate::contact_law::answer::Answer;
@@ -8,7 +8,7 @@ use crate::contact_law::depth::Source;
 use crate::contact_law::found_model::NearestModel;
 use crate::contact_law::identification::Identification;
 use crate::contact_law::law::Damping;
-use crate::report::page::STYLE;
+use crate::report::document::document;
 
 const OWN_STYLE: &str = "
 .verdict.identified { border-width: 4px } .verdict.ambiguous { border-style: dashed; border-width: 4px } .verdict p { margin: .3rem 0; font-size: 1rem }
@@ -22,74 +22,63 @@ pre { font-size: .78rem; white-space: pre-wrap; border: 1px solid #ccc; padding:
 #[must_use]
 pub fn page(found: &Identification, answer: &Answer, nearest: &NearestModel, name: &str) -> String {
     let title = format!("Which contact law holds? – {name}");
-    html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width";
-                title { (title) }
-                style { (PreEscaped(STYLE)) (PreEscaped(OWN_STYLE)) }
-            }
-            body {
-                h1 { "Which contact law holds?" }
-                p.campaign { "Identification of the campaign " strong { (name) } }
-                div class={ "verdict " (answer.verdict) } {
-                    strong { (verdict(found)) "." }
-                    p { (left(found)) "." }
-                }
-                p {
-                    "A contact law says which force answers a depth δ and its rate. " (found.laws.len()) " laws were fitted to all "
-                    (found.recordings.len()) " recordings together and judged on recordings that took no part; the simplest one that is not worse than the
-                     best is named."
-                }
-                (sentences("What cannot be identified", &found.cannot))
-                (sentences("To be noted", &found.notes))
-                (unused(found))
-                h2 { "The law" }
-                p { (found.law().law.equation) ". " (found.law().law.source) "." }
-                (parameters(found))
-                h2 { "Every law, on recordings that took no part" }
+    let body = html! {
+        h1 { "Which contact law holds?" }
+        p.campaign { "Identification of the campaign " strong { (name) } }
+        div class={ "verdict " (answer.verdict) } {
+            strong { (verdict(found)) "." }
+            p { (left(found)) "." }
+        }
+        p {
+            "A contact law says which force answers a depth δ and its rate. " (found.laws.len()) " laws were fitted to all "
+            (found.recordings.len()) " recordings together and judged on recordings that took no part; the simplest one that is not worse than the
+             best is named."
+        }
+        (sentences("What cannot be identified", &found.cannot))
+        (sentences("To be noted", &found.notes))
+        (unused(found))
+        h2 { "The law" }
+        p { (found.law().law.equation) ". " (found.law().law.source) "." }
+        (parameters(found))
+        h2 { "Every law, on recordings that took no part" }
+        figure {
+            (PreEscaped(figure::held_out(found)))
+            figcaption { "What a law leaves, over the noise before contact (logarithmic). 1 is as good as can be." }
+        }
+        (laws(found))
+        h2 { "Force over depth" }
+        p {
+            "Grey and wide: recorded" (match found.source {
+                Source::Measured => ", over the measured depth",
+                Source::Reconstructed => ", over the depth that force, mass and speed give by integrating twice",
+            })
+            ". Thin and black: the law. Recordings of the lowest, a middle and the highest peak. Below each: what the law leaves of them, the lowest peak in grey, the highest heavy; dotted: ±2 standard deviations of noise."
+        }
+        div.multiples {
+            @for law in figure::distinct(found).into_iter().map(|place| &found.laws[place]) {
                 figure {
-                    (PreEscaped(figure::held_out(found)))
-                    figcaption { "What a law leaves, over the noise before contact (logarithmic). 1 is as good as can be." }
+                    (PreEscaped(figure::loops(found, law)))
+                    figcaption { strong { (figure::names(found, law.law)) } ": " (law.law.equation) "; rest " (short(law.rmse_n)) " N rms" }
                 }
-                (laws(found))
-                h2 { "Force over depth" }
-                p {
-                    "Grey and wide: recorded" (match found.source {
-                        Source::Measured => ", over the measured depth",
-                        Source::Reconstructed => ", over the depth that force, mass and speed give by integrating twice",
-                    })
-                    ". Thin and black: the law. Recordings of the lowest, a middle and the highest peak. Below each: what the law leaves of them, the lowest peak in grey, the highest heavy; dotted: ±2 standard deviations of noise."
-                }
-                div.multiples {
-                    @for law in figure::distinct(found).into_iter().map(|place| &found.laws[place]) {
-                        figure {
-                            (PreEscaped(figure::loops(found, law)))
-                            figcaption { strong { (figure::names(found, law.law)) } ": " (law.law.equation) "; rest " (short(law.rmse_n)) " N rms" }
-                        }
-                    }
-                }
-                h2 { "Restitution against speed" }
-                figure {
-                    (PreEscaped(figure::restitution(found)))
-                    div.legend { @for (swatch, words) in figure::legend(found) { span { (PreEscaped(swatch)) (words) } } }
-                    figcaption {
-                        "The speed of the rebound over that of the approach, as each law's own motion has it"
-                        @if found.laws.iter().any(|law| matches!(law.law.damping, Damping::Dashpot)) { " (with a dashpot: at " (short(found.mass_kg)) " kg)" }
-                        ". What a law claims, such as c = 1 − α·v, may differ: see the table above."
-                    }
-                }
-                (model(nearest))
-                h2 { "The recordings" }
-                (recordings(found))
-                h2 { "The answer in numbers" }
-                details { summary { "JSON, as " code { "--json" } " writes it" } pre { (serde_json::to_string_pretty(answer).unwrap_or_default()) } }
             }
         }
-    }
-    .into_string()
+        h2 { "Restitution against speed" }
+        figure {
+            (PreEscaped(figure::restitution(found)))
+            div.legend { @for (swatch, words) in figure::legend(found) { span { (PreEscaped(swatch)) (words) } } }
+            figcaption {
+                "The speed of the rebound over that of the approach, as each law's own motion has it"
+                @if found.laws.iter().any(|law| matches!(law.law.damping, Damping::Dashpot)) { " (with a dashpot: at " (short(found.mass_kg)) " kg)" }
+                ". What a law claims, such as c = 1 − α·v, may differ: see the table above."
+            }
+        }
+        (model(nearest))
+        h2 { "The recordings" }
+        (recordings(found))
+        h2 { "The answer in numbers" }
+        details { summary { "JSON, as " code { "--json" } " writes it" } pre { (serde_json::to_string_pretty(answer).unwrap_or_default()) } }
+    };
+    document(&title, &[OWN_STYLE], &body)
 }
 
 fn sentences(heading: &str, sentences: &[String]) -> Markup {

@@ -1,12 +1,12 @@
 //! The page: what was tried, how good it is, pictures, and what the words mean.
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, PreEscaped, html};
 
 use super::terminal::cells;
 use super::{Tested, figure};
 use crate::predict::task::Task;
 use crate::predict::trial::Trial;
-use crate::report::page::STYLE;
+use crate::report::document::document;
 
 const OWN_STYLE: &str = "
 .leaky td { color: #666; font-style: italic } .best td { font-weight: bold } .number { white-space: nowrap }
@@ -19,47 +19,36 @@ td:nth-child(2) { white-space: nowrap }
 #[must_use]
 pub fn page(tested: &Tested) -> String {
     let (low, high) = tested.peaks_n();
-    html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width";
-                title { "How well is the force foretold?" }
-                style { (PreEscaped(STYLE)) (PreEscaped(OWN_STYLE)) }
-            }
-            body {
-                h1 { "How well is the force foretold?" }
-                p {
-                    "The force of " (tested.dataset.impacts.len()) " impacts was forecast by learners that had seen other impacts, and compared with what was
-                     recorded. Every figure here is of impacts that took no part in the learning."
-                }
-                @for task in Task::ALL { (best(tested, task)) }
-                dl {
-                    dt { "campaigns" } dd { (tested.from.join(", ")) }
-                    dt { "peaks" } dd { (format!("{low:.0} to {high:.0} N, standard deviation {:.0} N", tested.peak_sd_n())) }
-                    dt { "folds" } dd { (tested.folds) ", of whole " (tested.whole.name()) "s, drawn by seed " (tested.seed) }
-                }
-                @if !tested.dataset.notes.is_empty() {
-                    h3 { "To be noted" }
-                    ul { @for note in &tested.dataset.notes { li { (note) } } }
-                }
-                h2 { "All forecasts" }
-                (table(tested))
-                p {
-                    "In italics and marked " strong { "leaky" } ": an input that is known only when the impact is over. The force is nearly stiffness times stroke,
-                     so these forecast what has been measured already. They stand here beside the paper, which has them; none is of use before an impact."
-                }
-                p {
-                    "The paper's figures are of its own recordings, which are not public, and of folds over samples of the same impacts. scikit-learn's are of the
-                     very rows and folds of this page."
-                }
-                @for task in Task::ALL { (pictures(tested, task)) }
-                (glossary())
-            }
+    let body = html! {
+        h1 { "How well is the force foretold?" }
+        p {
+            "The force of " (tested.dataset.impacts.len()) " impacts was forecast by learners that had seen other impacts, and compared with what was
+             recorded. Every figure here is of impacts that took no part in the learning."
         }
-    }
-    .into_string()
+        @for task in Task::ALL { (best(tested, task)) }
+        dl {
+            dt { "campaigns" } dd { (tested.from.join(", ")) }
+            dt { "peaks" } dd { (format!("{low:.0} to {high:.0} N, standard deviation {:.0} N", tested.peak_sd_n())) }
+            dt { "folds" } dd { (tested.folds) ", of whole " (tested.whole.name()) "s, drawn by seed " (tested.seed) }
+        }
+        @if !tested.dataset.notes.is_empty() {
+            h3 { "To be noted" }
+            ul { @for note in &tested.dataset.notes { li { (note) } } }
+        }
+        h2 { "All forecasts" }
+        (table(tested))
+        p {
+            "In italics and marked " strong { "leaky" } ": an input that is known only when the impact is over. The force is nearly stiffness times stroke,
+             so these forecast what has been measured already. They stand here beside the paper, which has them; none is of use before an impact."
+        }
+        p {
+            "The paper's figures are of its own recordings, which are not public, and of folds over samples of the same impacts. scikit-learn's are of the
+             very rows and folds of this page."
+        }
+        @for task in Task::ALL { (pictures(tested, task)) }
+        (glossary())
+    };
+    document("How well is the force foretold?", &[OWN_STYLE], &body)
 }
 
 /// The best trial of a task among those that know nothing that is still to come.
