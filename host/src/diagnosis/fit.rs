@@ -45,7 +45,7 @@ impl Effort {
     /// A first look.
     pub const BRIEF: Self = Self { iterations: 4, globals: true, nuisances: true };
     /// A first look from far away.
-    pub const ANEW: Self = Self { iterations: 10, globals: true, nuisances: true };
+    pub const ANEW: Self = Self { iterations: 8, globals: true, nuisances: true };
     /// From where a fit to nearly the same recordings came to.
     pub const AGAIN: Self = Self { iterations: 4, globals: true, nuisances: true };
     /// Only what each recording has for itself.

@@ -21,12 +21,26 @@ use super::problem::Problem;
 use super::screen::{Screened, scale_strength};
 use super::select::Trial;
 
-/// Mechanisms that are begun with, and how many starts of each.
-const TRIED: usize = 14;
-const BEGUN: usize = 4;
-/// Mechanisms that are refitted, and from how many starts each.
-const REFITTED: usize = 9;
-const STARTS: usize = 2;
+/// How far a search goes.
+#[derive(Clone, Copy, Debug)]
+pub struct Breadth {
+    /// Mechanisms that are begun with.
+    tried: usize,
+    /// From how many starts each.
+    begun: usize,
+    /// Mechanisms that are refitted.
+    refitted: usize,
+    /// From how many starts each.
+    starts: usize,
+}
+
+impl Breadth {
+    /// For one more mechanism.
+    pub const MORE: Self = Self { tried: 14, begun: 4, refitted: 9, starts: 2 };
+    /// For another in the place of one that stands.
+    pub const INSTEAD: Self = Self { tried: 8, begun: 2, refitted: 6, starts: 1 };
+}
+
 /// Of those, how many until they converge.
 const FINISHED: usize = 4;
 /// And who was promised this part of what the best has gained by then.
@@ -49,9 +63,16 @@ const LEAST_SCORE: f64 = 3.5;
 
 /// Refits what scores best, best first.
 #[must_use]
-pub fn refit(problem: &Problem, base: &Fit, scores: &[Screened], rest: Omnibus, part: Part<'_>) -> Vec<Trial> {
+pub fn refit(
+    problem: &Problem,
+    base: &Fit,
+    scores: &[Screened],
+    rest: Omnibus,
+    breadth: Breadth,
+    part: Part<'_>,
+) -> Vec<Trial> {
     // A score is a promise of a tangent; what the simulation makes of it is another opinion. Both have their say in turn.
-    let promised: Vec<(Fit, f64)> = promising(base, scores)
+    let promised: Vec<(Fit, f64)> = promising(base, scores, breadth)
         .par_iter()
         .filter_map(|score| begin(problem, base, score, part).map(|fit| (fit, score.z * score.z)))
         .collect();
@@ -66,8 +87,8 @@ pub fn refit(problem: &Problem, base: &Fit, scores: &[Screened], rest: Omnibus, 
     for (by_score, by_cost) in (0..promised.len()).zip(by_cost) {
         for number in [by_score, by_cost] {
             let of_same = taken.iter().filter(|other| id(**other) == id(number)).count();
-            let most = if id(number).1 { STARTS } else { 1 };
-            let room = mechanisms.len() < REFITTED || mechanisms.contains(id(number).0);
+            let most = if id(number).1 { breadth.starts } else { 1 };
+            let room = mechanisms.len() < breadth.refitted || mechanisms.contains(id(number).0);
             if !taken.contains(&number) && of_same < most && room {
                 mechanisms.insert(id(number).0);
                 taken.push(number);
@@ -78,7 +99,8 @@ pub fn refit(problem: &Problem, base: &Fit, scores: &[Screened], rest: Omnibus, 
         taken.iter().map(|number| (promised[*number].0.clone(), promised[*number].1, Effort::BRIEF)).collect();
     // Where a belief is strained, the fit so far imitates what is missing and may be far from where it would be beside it.
     if base.strain() > STRAINED {
-        let anew = taken.iter().filter_map(|number| {
+        let mut once: HashSet<(&str, bool)> = HashSet::new();
+        let anew = taken.iter().filter(|number| once.insert(id(**number))).filter_map(|number| {
             let layout = promised[*number].0.layout.clone();
             let stated = layout.as_stated(&promised[*number].0.point);
             Fit::at(problem, layout, stated, part).map(|fit| (fit, promised[*number].1, Effort::ANEW))
@@ -162,7 +184,7 @@ fn unpromised(problem: &Problem, base: &Fit, scores: &[Screened], rest: Omnibus,
 }
 
 /// The best starts of each mechanism by score, and what relieves a strained belief whatever its score.
-fn promising<'a>(base: &Fit, scores: &'a [Screened]) -> Vec<&'a Screened> {
+fn promising<'a>(base: &Fit, scores: &'a [Screened], breadth: Breadth) -> Vec<&'a Screened> {
     // A strain of many deviations is not linear.
     let strained = base.strain() > STRAINED;
     let relieves = |score: &&Screened| {
@@ -178,7 +200,7 @@ fn promising<'a>(base: &Fit, scores: &'a [Screened]) -> Vec<&'a Screened> {
     for score in &order {
         let of_same = || chosen.iter().filter(|other| id(other) == id(score));
         let take = if everywhere(score) {
-            of_same().filter(|other| everywhere(other)).count() < BEGUN
+            of_same().filter(|other| everywhere(other)).count() < breadth.begun
         } else {
             // Only where it says clearly more than the same everywhere would.
             let same = order.iter().filter(|other| id(other) == id(score) && everywhere(other));
@@ -188,7 +210,9 @@ fn promising<'a>(base: &Fit, scores: &'a [Screened]) -> Vec<&'a Screened> {
         if !take {
             continue;
         }
-        if of_same().next().is_none() && chosen.iter().map(|other| id(other)).collect::<HashSet<_>>().len() == TRIED {
+        if of_same().next().is_none()
+            && chosen.iter().map(|other| id(other)).collect::<HashSet<_>>().len() == breadth.tried
+        {
             continue;
         }
         chosen.push(score);

@@ -16,7 +16,7 @@ use super::layout::{Layout, Role, Scope};
 use super::locate::{Alone, alone};
 use super::omnibus::{Omnibus, omnibus};
 use super::problem::{Prepared, Problem};
-use super::refit::refit;
+use super::refit::{Breadth, refit};
 use super::screen::{Screened, screen};
 use super::verdict::{SIGNIFICANT, UNLIKELY};
 
@@ -203,7 +203,7 @@ impl Selecting<'_> {
             if number == 0 {
                 self.screened.clone_from(&scores);
             }
-            let trials = refit(self.problem, &here.trial.fit, &scores, here.rest, self.part);
+            let trials = refit(self.problem, &here.trial.fit, &scores, here.rest, Breadth::MORE, self.part);
             let Some(next) = trials.first() else { break };
             // A further one has to be worth something beside what is explained already: no rig is quite like its equations.
             let gained = (self.baseline_cost - here.trial.fit.cost).max(0.0);
@@ -244,7 +244,7 @@ impl Selecting<'_> {
             let fewer = fewer.and_then(|fewer| Standing::of(self.problem, fewer, self.part));
             let stand_ins = fewer.map(|fewer| {
                 let scores = self.scores(&fewer, &best.fit);
-                refit(self.problem, &fewer.trial.fit, &scores, fewer.rest, self.part)
+                refit(self.problem, &fewer.trial.fit, &scores, fewer.rest, Breadth::INSTEAD, self.part)
             });
             self.rivals.extend(stand_ins.into_iter().flatten().map(|trial| (place, trial)));
         }
