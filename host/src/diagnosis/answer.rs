@@ -185,7 +185,7 @@ fn unexplained(diagnosis: &Diagnosis, held_out_rmse: f64) -> Unexplained {
     }
 }
 
-/// A mechanism's parameters in the chosen model: intervals from the curvature of χ² and from [`EQUATIONS`].
+/// A mechanism's parameters in the chosen model: intervals from the curvature of χ² and from what the equations lack.
 #[must_use]
 pub fn parameters(diagnosis: &Diagnosis, place: usize) -> Vec<Value> {
     within(diagnosis, place, EQUATIONS)

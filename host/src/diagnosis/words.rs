@@ -4,6 +4,7 @@ use super::answer::{Answer, Rejected};
 use super::evidence::{Contest, Evidence, Limit, Standing, evidence, parameters_of, scope_words};
 use super::layout::Role;
 use super::retuned::retuned;
+use super::verdict::{Unlikely, unlikely};
 use super::{Diagnosis, RigKind};
 use crate::decimal::significant;
 
@@ -103,10 +104,16 @@ pub fn verdict(diagnosis: &Diagnosis, answer: &Answer) -> String {
         "unexplained" if names.is_empty() => {
             format!("The simulation does not hold: {recordings} show something that no mechanism of the list explains.")
         }
-        "unexplained" => format!(
-            "The simulation does not hold: {recordings} show {}, and something more that no mechanism of the list explains.",
-            listed(&names, "and")
-        ),
+        "unexplained" => {
+            let misnamed = (0..names.len()).any(|place| unlikely(&diagnosis.selection, place).is_some());
+            let names = listed(&names, "and");
+            let more = if misnamed {
+                "or rather something that looks like it and that no mechanism of the list explains"
+            } else {
+                "and something more that no mechanism of the list explains"
+            };
+            format!("The simulation does not hold: {recordings} show {names}, {more}.")
+        }
         _ => format!("The simulation leaves something out: {}.", listed(&names, "and")),
     }
 }
@@ -172,6 +179,14 @@ pub fn because(diagnosis: &Diagnosis, place: usize) -> String {
     let scope = scope_words(diagnosis, entrant.scope);
     if !scope.is_empty() {
         parts.push(format!("it acts {scope}"));
+    }
+    if let Some(Unlikely { name, unit, value, likely: (low, high) }) = unlikely(selection, place) {
+        parts.push(format!(
+            "it is hardly what it is called: {name} = {} {unit} is far from the {} to {} {unit} that are likely",
+            short(value),
+            short(low),
+            short(high)
+        ));
     }
     if let Some(absorbed) = all.iter().find(|e| e.mechanism.id == id).and_then(|e| e.absorbed) {
         parts.push(format!("re-tuning had hidden {} of it", percent(absorbed)));

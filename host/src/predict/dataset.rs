@@ -13,7 +13,7 @@ use crate::campaign::{self, Loaded, RigKind};
 use crate::input::{InputError, read_text};
 use crate::recording::{FORCE, Recording};
 
-/// Instants of the force over time that are learned and tested, from contact to [`PROFILE_ENDS`] ideal durations.
+/// Instants of the force over time that are learned and tested, from contact to `PROFILE_ENDS` ideal durations.
 pub const PROFILE_INSTANTS: usize = 16;
 /// How far the profile goes, in durations π·√(m_R/K) of the ideal impact, which are known before.
 const PROFILE_ENDS: f64 = 1.4;
