@@ -12,7 +12,7 @@
 //!
 //! The ideal impact is a half sine, F = F_peak·sin(ωt), so that one force at a known time gives the peak: the speed need not be
 //! known. What the half sine leaves out (pads, inertia of the impact piece, damping, the onset's own lateness) is in trees that
-//! were trained on simulated or recorded campaigns by `thud predict train` and written into [`table`] by `thud predict export`:
+//! were trained on simulated or recorded campaigns by `thud predict train` and written into `table` by `thud predict export`:
 //! constants, evaluated in some hundred comparisons without allocation. The bound says within which share of the forecast the peak
 //! fell in [`COVERED`] of the impacts that took no part in training.
 //!
@@ -30,7 +30,7 @@ pub use table::TABLE;
 pub const INSTANTS: usize = 4;
 /// When they are due after the onset was noticed.
 pub const DUE: [Second; INSTANTS] = [Second(0.001), Second(0.002), Second(0.003), Second(0.004)];
-/// Inputs of the trees, see [`inputs`].
+/// Inputs of the trees.
 pub const INPUTS: usize = 6;
 /// Depth of each tree.
 pub const DEPTH: usize = 4;

@@ -28,6 +28,8 @@ const UNASKED: f64 = 150.0;
 const FURTHER: f64 = 0.025;
 /// Rivals within this of the best in BIC cannot be told apart.
 pub const WITHIN_REACH: f64 = 10.0;
+/// A baseline that is this much worse than it could be has not converged.
+const UNCONVERGED: f64 = 1.0;
 /// How often a model grows again after one of its mechanisms was exchanged for a better one.
 const ROUNDS: usize = 2;
 /// The most mechanisms in one model.
@@ -151,21 +153,20 @@ pub fn select(
 ) -> Option<Selection> {
     let all: Vec<usize> = (0..problem.recordings.len()).collect();
     let retuned = Standing::of(problem, Trial::new(problem, baseline), &all)?;
-    let baseline_cost = retuned.trial.fit.cost;
     let mut selecting = Selecting {
         problem,
         mechanisms,
         lines_hz,
         part: &all,
-        baseline_cost,
+        retuned,
         screened: Vec::new(),
         rivals: Vec::new(),
         worth: Vec::new(),
     };
-    let mut here = retuned.clone();
+    let mut here = selecting.retuned.clone();
     for _ in 0..ROUNDS {
         here = selecting.grow(here, progress)?;
-        selecting.worth = vec![baseline_cost - here.trial.fit.cost; here.mechanisms()];
+        selecting.worth = vec![selecting.gained(&here.trial); here.mechanisms()];
         if here.mechanisms() < 2 {
             break;
         }
@@ -173,7 +174,7 @@ pub fn select(
         let Some(better) = selecting.exchanged(&here) else { break };
         here = Standing::of(problem, better, &all)?;
     }
-    let Selecting { screened, rivals, worth, .. } = selecting;
+    let Selecting { retuned, screened, rivals, worth, .. } = selecting;
     let Standing { trial: best, tangent, rest, alone } = here;
     let (baseline, baseline_tangent) = (retuned.trial.fit, retuned.tangent);
     Some(Selection { baseline, baseline_tangent, screened, best, tangent, rest, alone, rivals, worth })
@@ -185,7 +186,7 @@ struct Selecting<'a> {
     mechanisms: &'a [&'static Mechanism],
     lines_hz: &'a dyn Fn(&Fit) -> Vec<f64>,
     part: Part<'a>,
-    baseline_cost: f64,
+    retuned: Standing,
     /// Scores against the baseline.
     screened: Vec<Screened>,
     rivals: Vec<(usize, Trial)>,
@@ -193,6 +194,11 @@ struct Selecting<'a> {
 }
 
 impl Selecting<'_> {
+    /// By how much a model lowers χ².
+    fn gained(&self, trial: &Trial) -> f64 {
+        (self.retuned.trial.fit.cost - trial.fit.cost).max(0.0)
+    }
+
     /// One mechanism more, as long as one is worth it.
     fn grow(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
         let mut here = from;
@@ -206,13 +212,22 @@ impl Selecting<'_> {
             let trials = refit(self.problem, &here.trial.fit, &scores, here.rest, Breadth::MORE, self.part);
             let Some(next) = trials.first() else { break };
             // A further one has to be worth something beside what is explained already: no rig is quite like its equations.
-            let gained = (self.baseline_cost - here.trial.fit.cost).max(0.0);
+            let gained = self.gained(&here.trial);
             let enough = if number == 0 || here.asks() { ENOUGH } else { UNASKED };
             if here.trial.bic - next.bic < enough + FURTHER * gained {
                 if number == 0 {
                     self.rivals.extend(trials.into_iter().map(|trial| (0, trial)));
                 }
                 break;
+            }
+            // What falls without the mechanism as well is the baseline's, which had not converged.
+            if number == 0
+                && let Some(again) = without(self.problem, next, 0, self.part)
+                && again.fit.cost < here.trial.fit.cost - UNCONVERGED
+            {
+                here = Standing::of(self.problem, again, self.part)?;
+                self.retuned = here.clone();
+                continue;
             }
             let mut larger = next.clone();
             if number > 0 {
@@ -263,7 +278,7 @@ impl Selecting<'_> {
     }
 
     fn drop_unneeded(&self, best: &mut Trial) {
-        let gained = (self.baseline_cost - best.fit.cost).max(0.0);
+        let gained = self.gained(best);
         while best.fit.layout.entrants.len() > 1 {
             let places = 0..best.fit.layout.entrants.len();
             let smaller = places.filter_map(|place| without(self.problem, best, place, self.part));

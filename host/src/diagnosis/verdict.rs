@@ -28,7 +28,7 @@ const LIKENESS: f64 = 0.015;
 /// A shape this far beyond what is likely is far: in natural logarithms, or in widths of what is likely.
 const FAR: f64 = 0.9;
 /// And surely so where it is this many of its own deviations.
-const SURELY: f64 = 4.0;
+const SURELY: f64 = 6.0;
 
 /// The verdict.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
