@@ -19,7 +19,8 @@ figure { margin: 1.2rem 0 } figure svg { width: 100%; height: auto } figcaption 
 ";
 
 /// A document of a title and a body, with the styles that it has beyond the shared ones.
-pub(crate) fn document(title: &str, styles: &[&str], body: &Markup) -> String {
+#[must_use]
+pub fn document(title: &str, styles: &[&str], body: &Markup) -> String {
     html! {
         (DOCTYPE)
         html lang="en" {
