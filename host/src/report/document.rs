@@ -35,3 +35,11 @@ pub fn document(title: &str, styles: &[&str], body: &Markup) -> String {
     }
     .into_string()
 }
+
+/// What the words of a page mean, at its end.
+pub(crate) fn glossary(words: &[(&str, &str)]) -> Markup {
+    html! {
+        h2 { "What the words mean" }
+        dl { @for (word, meaning) in words { dt { (word) } dd { (meaning) } } }
+    }
+}
