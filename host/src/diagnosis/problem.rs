@@ -7,8 +7,10 @@
 //!  offset   │  samples for a contact     │ it tells anything
 //! ```
 
+use nalgebra::{DMatrix, DVector};
 use thud_sim::rig::Quantity;
 
+use super::convention::{Convention, convention};
 use super::noise::Noise;
 use super::{DiagnosisError, Note};
 use crate::campaign::{Estimate, Loaded, Observed, Rig, RigKind};
@@ -155,7 +157,13 @@ impl Problem {
                 columns.push(other.to_owned());
             }
         }
+        let conventions: Vec<Convention> = columns.iter().map(|column| convention(loaded, column)).collect();
+        let comes: Vec<bool> = conventions
+            .iter()
+            .map(|convention| convention.quantity == Quantity::Position && campaign.rig.kind != RigKind::Fall)
+            .collect();
         let mut prepared = Vec::new();
+        let mut rebounds = 0;
         let mut quiet: Vec<Vec<Vec<f64>>> = vec![Vec::new(); columns.len()];
         let mut all_even = true;
         for (order, (entry, recording)) in campaign.recordings.iter().zip(&loaded.recordings).enumerate() {
@@ -178,6 +186,7 @@ impl Problem {
                 interval_s: recording.median_interval_s(),
                 contact_time_s: contact_time_s(&campaign.rig, entry.effective_mass_kg.value),
                 speed_m_per_s: entry.impact_speed_m_per_s.value,
+                comes: comes.clone(),
             };
             let file = entry.file.clone();
             let name = std::path::Path::new(&file).file_stem().map_or(file.clone(), |s| s.to_string_lossy().into());
@@ -196,6 +205,7 @@ impl Problem {
                 ));
             }
             all_even &= thinned.even;
+            rebounds += usize::from(thinned.kept < recording.times_s().len());
             for (stretches, stretch) in quiet.iter_mut().zip(std::mem::take(&mut thinned.quiet)) {
                 stretches.push(stretch);
             }
@@ -214,14 +224,20 @@ impl Problem {
                 offset_guess: thinned.offset_guess,
                 contact_time_s: raw.contact_time_s,
                 raw: Samples {
-                    times_s: recording.times_s().to_vec(),
-                    values: raw.channels[0].to_vec(),
+                    times_s: recording.times_s()[..thinned.kept].to_vec(),
+                    values: raw.channels[0][..thinned.kept].to_vec(),
                     quiet_rms: thinned.quiet_rms,
                 },
             });
         }
         if prepared.is_empty() {
             return Err(DiagnosisError::Nothing);
+        }
+        if rebounds > 0 {
+            notes.push(Note::general(&format!(
+                "{rebounds} recordings show the mass fall again after its first rebound; they are compared up to there, since when it comes \
+                 back magnifies every small loss"
+            )));
         }
         let thinned_by = prepared.iter().map(|recording| recording.series[0].len()).max().unwrap_or(0);
         if thinned_by < 20 {
@@ -242,7 +258,7 @@ impl Problem {
                     )));
                     Noise::stated(if taken > 0.0 { taken } else { spread(&prepared, number) * 1e-3 })
                 });
-                let (quantity, sign) = shown_by(column);
+                let Convention { quantity, sign } = conventions[number];
                 ChannelModel { column: column.clone(), quantity, sign, noise }
             })
             .collect();
@@ -276,17 +292,6 @@ fn spread(prepared: &[Prepared], channel: usize) -> f64 {
         .max(1e-12)
 }
 
-/// What a column shows of the motion. A height counts upwards, the motion downwards; an acceleration is that of the moving body,
-/// which the rig slows down.
-fn shown_by(column: &str) -> (Quantity, f64) {
-    match column {
-        "displacement_m" => (Quantity::Position, 1.0),
-        "height_m" => (Quantity::Position, -1.0),
-        "acceleration_m_per_s2" => (Quantity::Acceleration, 1.0),
-        _ => (Quantity::CellForce, 1.0),
-    }
-}
-
 /// Half a period of the mass on the springs, s; in a fall there are none, and a tenth of a second stands for it.
 fn contact_time_s(rig: &Rig, mass_kg: f64) -> f64 {
     match rig.kind {
@@ -302,9 +307,13 @@ struct Raw<'a> {
     interval_s: f64,
     contact_time_s: f64,
     speed_m_per_s: f64,
+    /// Which channels move before contact: they show the position of what comes.
+    comes: Vec<bool>,
 }
 
 struct Thinned {
+    /// How many samples of the recording are compared, from its first.
+    kept: usize,
     times_s: Vec<f64>,
     series: Vec<Vec<f64>>,
     quiet: Vec<Vec<f64>>,
@@ -325,14 +334,10 @@ impl Raw<'_> {
         let fall = self.kind == RigKind::Fall;
         let rate = if fall { 200.0 } else { KEPT_RATE_HZ.max(SAMPLES_PER_CONTACT / self.contact_time_s) };
         let even = self.is_even();
-        let (from_s, to_s) = if fall {
-            (f64::NEG_INFINITY, f64::INFINITY)
-        } else {
-            // All that follows: a robot that goes on pushing comes back late.
-            (contact_guess_s - QUIET_S.max(self.contact_time_s), f64::INFINITY)
-        };
+        let from_s = if fall { f64::NEG_INFINITY } else { contact_guess_s - QUIET_S.max(self.contact_time_s) };
         let first = self.times_s.partition_point(|time| *time < from_s);
-        let last = self.times_s.partition_point(|time| *time <= to_s);
+        // All that follows, since a robot that goes on pushing comes back late; but not what a dropped mass does after its rebound.
+        let last = if self.kind == RigKind::Drop { self.second_fall(contact) } else { self.times_s.len() };
         let mut n = if even { (1.0 / (rate * self.interval_s)).floor().max(1.0) as usize } else { 1 };
         while (last - first) / n > MOST_SAMPLES {
             n += 1;
@@ -340,11 +345,17 @@ impl Raw<'_> {
         // Blocks are counted from the contact, so that quiet blocks hold no contact.
         let guard = (GUARD * per_contact).ceil() as usize + 1;
         let quiet_end = contact.saturating_sub(guard);
-        let offset_of = |channel: &[f64]| {
-            let stretch = &channel[..quiet_end.max(1)];
-            stretch.iter().sum::<f64>() / stretch.len() as f64
-        };
-        let offset_guess: Vec<f64> = self.channels.iter().map(|channel| offset_of(channel)).collect();
+        // What comes is at zero when it meets the rig; before, its noise is what is left of its way.
+        let rests: Vec<Vec<f64>> = self
+            .channels
+            .iter()
+            .zip(&self.comes)
+            .map(|(channel, comes)| {
+                let quiet = &channel[..quiet_end.max(1)];
+                if *comes { without_way(&self.times_s[..quiet.len()], quiet, contact_guess_s) } else { quiet.to_vec() }
+            })
+            .collect();
+        let offset_guess: Vec<f64> = rests.iter().map(|rest| rest.iter().sum::<f64>() / rest.len() as f64).collect();
         let blocks: Vec<usize> = (first..last).step_by(n).filter(|start| start + n <= last).collect();
         let whole = |start: &usize| {
             let lasts = self.times_s[start + n - 1] - self.times_s[*start];
@@ -355,6 +366,7 @@ impl Raw<'_> {
         // Noise is taken from all of the quiet time, in blocks of the same length.
         let quiet_blocks: Vec<usize> = (0..quiet_end).step_by(n).filter(|start| start + n <= quiet_end).collect();
         Some(Thinned {
+            kept: last,
             times_s: blocks.iter().map(|start| mean(self.times_s, *start)).collect(),
             series: self
                 .channels
@@ -364,15 +376,12 @@ impl Raw<'_> {
             quiet: if fall {
                 self.channels.iter().map(|_| Vec::new()).collect()
             } else {
-                self.channels
-                    .iter()
-                    .map(|channel| quiet_blocks.iter().map(|start| mean(channel, *start)).collect())
-                    .collect()
+                rests.iter().map(|rest| quiet_blocks.iter().map(|start| mean(rest, *start)).collect()).collect()
             },
             contact_guess_s,
             mean_of_s2: ((n * n - 1) as f64) * self.interval_s * self.interval_s / 24.0,
             quiet_rms: (quiet_end >= 12 && !fall).then(|| {
-                let stretch = &self.channels[0][..quiet_end];
+                let stretch = &rests[0][..quiet_end];
                 (stretch.iter().map(|value| (value - offset_guess[0]).powi(2)).sum::<f64>() / (quiet_end - 1) as f64)
                     .sqrt()
             }),
@@ -388,9 +397,50 @@ impl Raw<'_> {
         even as f64 >= 0.98 * (self.times_s.len() - 1) as f64
     }
 
-    /// Index of the last sample before the observed channel leaves its rest: the level is passed at a twentieth of the peak, or five
-    /// times the noise of the first samples, and a half sine tells how long before the contact was.
+    /// Index of the last sample before contact: the observed channel passes a level at a twentieth of its peak, or five times the
+    /// noise of the first samples, and a half sine tells how long before the contact was.
     fn contact(&self) -> Option<usize> {
+        if self.comes[0] {
+            return self.turning_point();
+        }
+        let passed = self.passed()?;
+        let contact_s = self.times_s[passed.first] - passed.before_s;
+        Some(self.times_s.partition_point(|time| *time <= contact_s).saturating_sub(1))
+    }
+
+    /// What comes turns half a contact after it has met the springs.
+    fn turning_point(&self) -> Option<usize> {
+        let farthest = (0..self.times_s.len()).max_by(|a, b| self.channels[0][*a].total_cmp(&self.channels[0][*b]))?;
+        let contact_s = self.times_s[farthest] - self.contact_time_s / 2.0;
+        Some(self.times_s.partition_point(|time| *time <= contact_s).saturating_sub(1))
+    }
+
+    /// Number of samples before a dropped mass meets the rig a second time: all, where it does not. Between two contacts the channel
+    /// is at rest for half a contact at least; a piece that rings on after the separation is not.
+    fn second_fall(&self, contact: usize) -> usize {
+        let all = self.times_s.len();
+        let Some(passed) = self.passed().filter(|_| !self.comes[0]) else { return all };
+        let beyond = |place: usize| {
+            let near = &self.channels[0][place..place + 3];
+            near.iter().filter(|value| (*value - passed.zero).abs() > passed.level).count() >= 2
+        };
+        let mut left_s = None;
+        for place in contact.max(passed.first)..all.saturating_sub(2) {
+            match (beyond(place), left_s) {
+                (true, Some(left_s)) if self.times_s[place] - left_s > self.contact_time_s / 2.0 => {
+                    let end_s = self.times_s[place] - 2.0 * passed.before_s - GUARD * self.contact_time_s;
+                    return self.times_s.partition_point(|time| *time < end_s);
+                }
+                (true, _) => left_s = None,
+                (false, None) => left_s = Some(self.times_s[place]),
+                (false, Some(_)) => {}
+            }
+        }
+        all
+    }
+
+    /// Where the observed channel leaves its rest.
+    fn passed(&self) -> Option<Passed> {
         let values = self.channels[0];
         let head = (values.len() / 20).clamp(4, values.len());
         let mut first: Vec<f64> = values[..head].to_vec();
@@ -406,10 +456,33 @@ impl Raw<'_> {
             return None;
         }
         // Two of three beyond the level: a spike is no contact.
-        let passed = (0..values.len().saturating_sub(2))
+        let first = (0..values.len().saturating_sub(2))
             .find(|place| values[*place..place + 3].iter().filter(|v| deviation(**v) > level).count() >= 2)?;
         let before_s = (level / peak).asin() * self.contact_time_s / std::f64::consts::PI;
-        let contact_s = self.times_s[passed] - before_s;
-        Some(self.times_s.partition_point(|time| *time <= contact_s).saturating_sub(1))
+        Some(Passed { first, zero, level, before_s })
     }
+}
+
+/// Freed of the parabola of a steady or falling approach, up to its value at this instant.
+fn without_way(times_s: &[f64], positions: &[f64], at_s: f64) -> Vec<f64> {
+    if positions.len() < 8 {
+        return positions.to_vec();
+    }
+    let powers = DMatrix::from_fn(times_s.len(), 3, |row, power| (times_s[row] - at_s).powi(power as i32));
+    let values = DVector::from_column_slice(positions);
+    let Ok(way) = powers.clone().svd(true, true).solve(&values, 1e-12) else { return positions.to_vec() };
+    let rest = values - powers * &way;
+    rest.iter().map(|rest| rest + way[0]).collect()
+}
+
+/// The observed channel has left its rest.
+struct Passed {
+    /// Index of the first sample beyond the level.
+    first: usize,
+    /// Its rest, in its unit.
+    zero: f64,
+    /// The level, from the rest on.
+    level: f64,
+    /// How long a half sine takes from contact to the level, s.
+    before_s: f64,
 }
