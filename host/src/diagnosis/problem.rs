@@ -25,6 +25,10 @@ const QUIET_S: f64 = 0.05;
 const FEWEST_PER_CONTACT: f64 = 8.0;
 /// Quiet time left out before the guessed contact, in contact times.
 const GUARD: f64 = 0.05;
+/// A beginning whose values scatter by more than this times the noise is not at rest.
+const LIVELIEST: f64 = 3.0;
+/// The median size of a Gaussian, in its deviation.
+const GAUSSIAN_MEDIAN: f64 = 0.6745;
 /// The most samples of a recording that are fitted.
 const MOST_SAMPLES: usize = 4_000;
 
@@ -186,6 +190,7 @@ impl Problem {
                 interval_s: recording.median_interval_s(),
                 contact_time_s: contact_time_s(&campaign.rig, entry.effective_mass_kg.value),
                 speed_m_per_s: entry.impact_speed_m_per_s.value,
+                stated_noise: campaign.chain.noise_rms,
                 comes: comes.clone(),
             };
             let file = entry.file.clone();
@@ -267,21 +272,36 @@ impl Problem {
     }
 }
 
-/// Noise as the scatter of neighbouring samples shows it: the third difference of white noise has the variance 1 + 9 + 9 + 1, and
-/// of anything that is nearly a parabola over four samples nothing. The median, so that corners do not count.
+/// Noise as the scatter of neighbouring samples shows it, over all recordings.
 fn scatter(prepared: &[Prepared], channel: usize) -> f64 {
-    let mut differences: Vec<f64> = prepared
-        .iter()
-        .flat_map(|recording| recording.series[channel].windows(4))
+    third_differences(prepared.iter().map(|recording| recording.series[channel].as_slice()))
+}
+
+/// The same of one stretch.
+fn steps(values: &[f64]) -> f64 {
+    third_differences(std::iter::once(values))
+}
+
+/// The third difference of white noise has the variance 1 + 9 + 9 + 1, and of anything that is nearly a parabola over four samples
+/// nothing. The median, so that corners do not count.
+fn third_differences<'a>(stretches: impl Iterator<Item = &'a [f64]>) -> f64 {
+    let differences: Vec<f64> = stretches
+        .flat_map(|stretch| stretch.windows(4))
         .map(|four| (four[3] - 3.0 * four[2] + 3.0 * four[1] - four[0]).abs())
         .collect();
-    if differences.is_empty() {
-        return 0.0;
-    }
-    let middle = differences.len() / 2;
-    let (_, median, _) = differences.select_nth_unstable_by(middle, f64::total_cmp);
-    // The median size of a Gaussian is 0.6745 of its deviation.
-    *median / 0.6745 / 20.0_f64.sqrt()
+    median(differences).map_or(0.0, |median| median / GAUSSIAN_MEDIAN / 20.0_f64.sqrt())
+}
+
+/// Middle and standard deviation of a stretch, as its medians tell them.
+fn rest(values: &[f64]) -> Option<(f64, f64)> {
+    let zero = median(values.to_vec())?;
+    let deviation = median(values.iter().map(|value| (value - zero).abs()).collect())?;
+    Some((zero, deviation / GAUSSIAN_MEDIAN))
+}
+
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 fn spread(prepared: &[Prepared], channel: usize) -> f64 {
@@ -307,6 +327,8 @@ struct Raw<'a> {
     interval_s: f64,
     contact_time_s: f64,
     speed_m_per_s: f64,
+    /// Noise of the observed channel as stated, in its unit.
+    stated_noise: f64,
     /// Which channels move before contact: they show the position of what comes.
     comes: Vec<bool>,
 }
@@ -442,15 +464,18 @@ impl Raw<'_> {
     /// Where the observed channel leaves its rest.
     fn passed(&self) -> Option<Passed> {
         let values = self.channels[0];
-        let head = (values.len() / 20).clamp(4, values.len());
-        let mut first: Vec<f64> = values[..head].to_vec();
-        first.sort_by(f64::total_cmp);
-        let zero = first[head / 2];
+        // A recording may begin just before contact: then fewer samples are at rest.
+        let mut head = (values.len() / 20).clamp(4, values.len().max(4)).min(values.len());
+        let (mut zero, mut noise) = rest(values.get(..head)?)?;
+        let highest = |zero: f64| values.iter().map(|value| (value - zero).abs()).fold(0.0, f64::max);
+        if 5.0 * noise > 0.5 * highest(zero) {
+            while noise > LIVELIEST * self.stated_noise.max(steps(&values[..head])) && head > 4 {
+                head = (head / 2).max(4);
+                (zero, noise) = rest(&values[..head])?;
+            }
+        }
         let deviation = |value: f64| (value - zero).abs();
-        first.sort_by(|a, b| deviation(*a).total_cmp(&deviation(*b)));
-        // The median deviation is 0.6745 standard deviations of Gaussian noise.
-        let noise = deviation(first[head / 2]) / 0.6745;
-        let peak = values.iter().map(|value| deviation(*value)).fold(0.0, f64::max);
+        let peak = highest(zero);
         let level = (0.05 * peak).max(5.0 * noise);
         if level >= peak || self.speed_m_per_s == 0.0 {
             return None;
@@ -485,4 +510,84 @@ struct Passed {
     level: f64,
     /// How long a half sine takes from contact to the level, s.
     before_s: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A half sine of 40 ms and 100 N at 10 kHz, and another one 0.2 s later, after this much rest; noise of ± 0.3 N.
+    fn two_pulses(rest_s: f64, count: usize) -> (Vec<f64>, Vec<f64>) {
+        let times: Vec<f64> = (0..count).map(|sample| sample as f64 * 1e-4).collect();
+        let pulse = |since: f64| {
+            if (0.0..0.04).contains(&since) { 100.0 * (since / 0.04 * std::f64::consts::PI).sin() } else { 0.0 }
+        };
+        let values = times
+            .iter()
+            .enumerate()
+            .map(|(sample, time)| pulse(time - rest_s) + pulse(time - rest_s - 0.2) + 0.3 * (sample as f64 * 2.4).sin())
+            .collect();
+        (times, values)
+    }
+
+    fn raw<'a>(kind: RigKind, times_s: &'a [f64], values: &'a [f64]) -> Raw<'a> {
+        Raw {
+            kind,
+            times_s,
+            channels: vec![values],
+            interval_s: 1e-4,
+            contact_time_s: 0.04,
+            speed_m_per_s: 0.5,
+            stated_noise: 0.2,
+            comes: vec![false],
+        }
+    }
+
+    /// Half a millisecond or a tenth of a second before contact.
+    #[test]
+    fn contact_is_found_however_short_the_rest_before_it() {
+        for rest_s in [0.0005, 0.002, 0.1] {
+            let (times, values) = two_pulses(rest_s, 1_500);
+            let found = times[raw(RigKind::Impact, &times, &values).contact().expect("a contact")];
+            assert!((found - rest_s).abs() < 1e-3, "{rest_s}: {found}");
+        }
+    }
+
+    #[test]
+    fn a_recording_of_a_few_samples_shows_no_contact() {
+        for count in 0..4 {
+            let (times, values) = two_pulses(0.0, count);
+            assert_eq!(raw(RigKind::Impact, &times, &values).contact(), None, "{count}");
+        }
+    }
+
+    /// A robot may come back and mean it; a dropped mass only falls again.
+    #[test]
+    fn a_drop_ends_before_its_second_fall() {
+        let (times, values) = two_pulses(0.1, 4_000);
+        let dropped = raw(RigKind::Drop, &times, &values).thin().expect("a contact");
+        let end_s = times[dropped.kept - 1];
+        assert!((0.28..0.3).contains(&end_s), "{end_s}");
+        assert!(dropped.times_s.iter().all(|time| *time <= end_s));
+        assert_eq!(raw(RigKind::Impact, &times, &values).thin().expect("a contact").kept, times.len());
+    }
+
+    /// What comes at 0.5 m/s, turns and goes: its way before contact is neither noise nor offset.
+    #[test]
+    fn the_way_of_what_comes_is_no_noise() {
+        let (times, noise) = two_pulses(1.0, 2_000);
+        let position: Vec<f64> = times
+            .iter()
+            .zip(&noise)
+            .map(|(time, noise)| {
+                let since = (time - 0.1).min(0.04);
+                let depth = 0.04 / std::f64::consts::PI * 0.5 * (since.max(0.0) / 0.04 * std::f64::consts::PI).sin();
+                0.03 + if since < 0.0 { 0.5 * since } else { depth - 0.5 * (time - 0.14).max(0.0) } + 1e-5 * noise
+            })
+            .collect();
+        let thinned = Raw { comes: vec![true], ..raw(RigKind::Impact, &times, &position) }.thin().expect("a contact");
+        assert!((thinned.contact_guess_s - 0.1).abs() < 1e-3, "{}", thinned.contact_guess_s);
+        assert!((thinned.offset_guess[0] - 0.03).abs() < 1e-3, "{:?}", thinned.offset_guess);
+        assert!(thinned.quiet_rms.is_some_and(|rms| (1e-6..4e-6).contains(&rms)), "{:?}", thinned.quiet_rms);
+    }
 }
