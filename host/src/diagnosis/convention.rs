@@ -37,7 +37,7 @@ pub(super) fn convention(loaded: &Loaded, column: &str) -> Convention {
         // A height counts upwards, the motion downwards.
         Some(Observed::Height) => Convention { quantity: Quantity::Position, sign: -1.0 },
         Some(Observed::Acceleration) => {
-            let sign = if kind == RigKind::Fall { 1.0 } else { -direction(loaded) };
+            let sign = if kind == RigKind::Fall { fall_direction(loaded) } else { -direction(loaded) };
             Convention { quantity: Quantity::Acceleration, sign }
         }
         Some(Observed::Force) | None => Convention { quantity: Quantity::CellForce, sign: 1.0 },
@@ -86,10 +86,28 @@ fn direction(loaded: &Loaded) -> f64 {
         .iter()
         .filter_map(|recording| recording.channel(column))
         .filter_map(|values| {
-            let rest = median(values[..(values.len() / 20).clamp(1, values.len())].to_vec())?;
+            let rest = median(values[..(values.len() / 20).max(1).min(values.len())].to_vec())?;
             values.iter().map(|value| value - rest).max_by(|a, b| a.abs().total_cmp(&b.abs()))
         })
         .map(f64::signum)
+        .sum();
+    if signs < 0.0 { -1.0 } else { 1.0 }
+}
+
+/// 1 or −1: whether an acceleration counts downwards. A body that is let go shows gravity; an accelerometer in it shows nothing, and
+/// then what the air takes, which the offset of the channel and this sign make an acceleration of.
+fn fall_direction(loaded: &Loaded) -> f64 {
+    let gravity = loaded.campaign.rig.gravity_along_impact_m_per_s2;
+    let signs: f64 = loaded
+        .recordings
+        .iter()
+        .filter_map(|recording| recording.channel(Observed::Acceleration.column()))
+        .filter_map(|values| {
+            let end = (values.len() / 20).max(1).min(values.len());
+            let first = median(values[..end].to_vec())?;
+            let last = median(values[values.len() - end..].to_vec())?;
+            Some(if first.abs() > gravity / 2.0 { first.signum() } else { (first - last).signum() })
+        })
         .sum();
     if signs < 0.0 { -1.0 } else { 1.0 }
 }

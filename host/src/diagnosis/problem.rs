@@ -133,7 +133,8 @@ impl Problem {
     #[must_use]
     pub fn noise_rms(&self) -> f64 {
         let seen: Vec<f64> = self.recordings.iter().filter_map(|recording| recording.raw.quiet_rms).collect();
-        if seen.is_empty() {
+        // A quantiser that swallows the noise shows none.
+        if seen.iter().all(|rms| *rms == 0.0) {
             return self.channels[0].noise.rms();
         }
         (seen.iter().map(|rms| rms * rms).sum::<f64>() / seen.len() as f64).sqrt()
@@ -257,7 +258,7 @@ impl Problem {
                 let stated = if number == 0 { campaign.chain.noise_rms } else { 0.0 };
                 let noise = Noise::of_quiet(&slices, all_even).unwrap_or_else(|| {
                     let seen = scatter(&prepared, number);
-                    let taken = stated.max(seen);
+                    let taken = stated.max(seen).max(quantum(&prepared, number) / 12.0_f64.sqrt());
                     notes.push(Note::general(&format!(
                         "{column}: too little quiet before contact to see the noise; taken as white, {taken:.3} rms (stated {stated}, scatter from sample to sample {seen:.3}). Begin recordings 50 ms before contact"
                     )));
@@ -277,7 +278,15 @@ fn scatter(prepared: &[Prepared], channel: usize) -> f64 {
     third_differences(prepared.iter().map(|recording| recording.series[channel].as_slice()))
 }
 
-/// The same of one stretch.
+/// Least difference of two neighbouring values that is not zero: the step of a quantiser, where there is one.
+fn quantum(prepared: &[Prepared], channel: usize) -> f64 {
+    let differences =
+        prepared.iter().flat_map(|recording| recording.series[channel].windows(2)).map(|two| (two[1] - two[0]).abs());
+    let least = differences.filter(|difference| *difference > 0.0).fold(f64::INFINITY, f64::min);
+    if least.is_finite() { least } else { 0.0 }
+}
+
+/// The scatter of one stretch.
 fn steps(values: &[f64]) -> f64 {
     third_differences(std::iter::once(values))
 }
