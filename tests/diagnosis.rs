@@ -1,32 +1,23 @@
 //! The tool from the outside: `diagnose` on simulated campaigns, its model in `simulate` and `evaluate`, and what bad input gets.
 
 use std::collections::BTreeSet;
-use std::path::Path;
-use std::process::{Command, Output};
 
 use serde_json::Value;
 use tempfile::TempDir;
+use tool::{refused, run_in, told};
+
+mod tool;
 
 fn read(folder: &TempDir, file: &str) -> String {
     std::fs::read_to_string(folder.path().join(file)).unwrap_or_else(|error| panic!("{file}: {error}"))
 }
 
-fn thud(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_thud")).current_dir(folder).args(arguments).output().unwrap()
-}
-
 fn succeeds(folder: &TempDir, arguments: &[&str]) -> String {
-    let output = thud(folder.path(), arguments);
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
+    told(run_in(folder.path(), arguments))
 }
 
-/// What it says when it refuses, without the frame and the line breaks of the terminal.
 fn refuses(folder: &TempDir, arguments: &[&str]) -> String {
-    let output = thud(folder.path(), arguments);
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}");
-    let words = String::from_utf8(output.stderr).unwrap();
-    words.replace(['│', '×', '╭', '╰', '─'], " ").split_whitespace().collect::<Vec<_>>().join(" ")
+    refused(run_in(folder.path(), arguments))
 }
 
 /// Six recordings at 2 kHz of a rig with a pad, and what else is asked for.
