@@ -223,3 +223,31 @@ fn every_mechanism_can_be_looked_up() {
     }
     assert!(one.lines().all(|line| line.chars().count() <= 110), "{one}");
 }
+
+/// What `thud simulate` writes as a displacement, the diagnosis reads as that, with a pad and without, beside the force and alone.
+#[test]
+fn a_displacement_is_read_as_it_was_simulated() {
+    let folder = TempDir::new().unwrap();
+    for (name, rig) in [("padded", &RIG[..]), ("bare", &RIG[..2])] {
+        campaign(&folder, name, &[rig, &["--displacement", "1e-5", "--seed", "5"]].concat());
+        let mut arguments = vec!["diagnose", name, "--json", "-"];
+        arguments.extend(FEW);
+        let beside: Value = serde_json::from_str(&succeeds(&folder, &arguments)).unwrap();
+        assert_eq!(beside["verdict"], "consistent", "{name}: {beside}");
+        let toml = folder.path().join(name).join("campaign.toml");
+        let text = std::fs::read_to_string(&toml).unwrap();
+        let alone: String = text
+            .lines()
+            .map(|line| match line.split(' ').next() {
+                Some("observed") => "observed = \"displacement_m\"\n".to_owned(),
+                Some("noise_rms_N") => "noise_rms_N = 1e-5\n".to_owned(),
+                Some("full_scale_N") => "full_scale_N = 0.05\n".to_owned(),
+                _ => format!("{line}\n"),
+            })
+            .collect();
+        std::fs::write(&toml, alone).unwrap();
+        let only: Value = serde_json::from_str(&succeeds(&folder, &arguments)).unwrap();
+        assert_eq!(only["verdict"], "consistent", "{name}: {only}");
+        assert!(number(&only["baseline"], "retuned_rmse") < 1.2e-5, "{name}: {only}");
+    }
+}
