@@ -28,6 +28,8 @@ const MOST_TRIES: usize = 7;
 /// Whitened residuals beyond this count as a spike: they pull with a constant force only (P. J. Huber, 1964).
 const SPIKE: f64 = 8.0;
 
+/// A sought instant that gains more than this in χ² was missed.
+const TOUCHED: f64 = 1.0;
 /// Instants of contact that are tried to either side, and how far they are apart, in samples.
 const SHIFTS: i32 = 8;
 const SHIFT_SAMPLES: f64 = 0.25;
@@ -41,21 +43,23 @@ pub struct Effort {
     pub globals: bool,
     /// Whether what is believed of each recording moves within its uncertainty.
     pub nuisances: bool,
+    /// Whether instants of contact are sought among the samples where a step keeps a tangent from finding them.
+    pub touches: bool,
 }
 
 impl Effort {
     /// Until it converges.
-    pub const FULL: Self = Self { iterations: 25, globals: true, nuisances: true };
+    pub const FULL: Self = Self { iterations: 25, globals: true, nuisances: true, touches: true };
     /// A first look.
-    pub const BRIEF: Self = Self { iterations: 4, globals: true, nuisances: true };
+    pub const BRIEF: Self = Self { iterations: 4, globals: true, nuisances: true, touches: false };
     /// A first look from far away.
-    pub const ANEW: Self = Self { iterations: 8, globals: true, nuisances: true };
+    pub const ANEW: Self = Self { iterations: 8, globals: true, nuisances: true, touches: false };
     /// From where a fit to nearly the same recordings came to.
-    pub const AGAIN: Self = Self { iterations: 4, globals: true, nuisances: true };
+    pub const AGAIN: Self = Self { iterations: 4, globals: true, nuisances: true, touches: false };
     /// Only what each recording has for itself.
-    pub const LOCAL: Self = Self { iterations: 8, globals: false, nuisances: true };
+    pub const LOCAL: Self = Self { iterations: 8, globals: false, nuisances: true, touches: false };
     /// Only what is not believed at all: contact instants and offsets.
-    pub const NOMINAL: Self = Self { iterations: 12, globals: false, nuisances: false };
+    pub const NOMINAL: Self = Self { iterations: 12, globals: false, nuisances: false, touches: false };
 }
 
 /// A fit.
@@ -127,18 +131,29 @@ impl Fit {
     #[must_use]
     pub fn run(problem: &Problem, layout: Layout, start: Point, part: Part<'_>, effort: Effort) -> Option<Self> {
         let mut fit = Self::at(problem, layout, start, part)?;
-        let mut damping = 1e-3;
-        for _ in 0..effort.iterations {
-            let Some(tangent) = fit.tangent(problem, part) else { break };
-            let before = fit.cost;
-            let Some(better) = fit.improve(problem, &tangent, part, effort, &mut damping) else { break };
-            fit = better;
-            damping = (damping / 8.0).max(1e-9);
-            if before - fit.cost < SMALL_GAIN.max(1e-6 * fit.cost) {
-                break;
+        fit.converge(problem, part, effort);
+        if effort.touches {
+            let touching = Self::touching(problem, fit.layout.clone(), fit.point.clone(), part);
+            if let Some(touching) = touching.filter(|touching| touching.cost < fit.cost - TOUCHED) {
+                fit = touching;
+                fit.converge(problem, part, effort);
             }
         }
         Some(fit)
+    }
+
+    fn converge(&mut self, problem: &Problem, part: Part<'_>, effort: Effort) {
+        let mut damping = 1e-3;
+        for _ in 0..effort.iterations {
+            let Some(tangent) = self.tangent(problem, part) else { break };
+            let before = self.cost;
+            let Some(better) = self.improve(problem, &tangent, part, effort, &mut damping) else { break };
+            *self = better;
+            damping = (damping / 8.0).max(1e-9);
+            if before - self.cost < SMALL_GAIN.max(1e-6 * self.cost) {
+                break;
+            }
+        }
     }
 
     /// The residuals at a point, nothing moved.

@@ -37,6 +37,8 @@ pub struct Breadth {
 impl Breadth {
     /// For one more mechanism.
     pub const MORE: Self = Self { tried: 14, begun: 4, refitted: 9, starts: 2 };
+    /// For the same where so much is left that no tangent says anything.
+    const EVERY: Self = Self { tried: usize::MAX, begun: 2, refitted: usize::MAX, starts: 1 };
     /// For another in the place of one that stands.
     pub const INSTEAD: Self = Self { tried: 8, begun: 2, refitted: 6, starts: 1 };
 }
@@ -55,7 +57,9 @@ const SHORTER: f64 = 0.3;
 const LONGER: f64 = 1.7;
 /// A rest of so many standard deviations is very much.
 const MUCH: f64 = 100.0;
-/// Mechanisms that are fitted then though they promise nothing, and from how many strengths each: the last is beyond what is likely.
+/// And of so many enormous.
+const ENORMOUS: f64 = 2000.0;
+/// Mechanisms that are fitted where very much is left though they promise nothing, and from how many strengths each: the last is beyond what is likely.
 const SILENT: usize = 3;
 const SILENT_STRENGTHS: u32 = 6;
 /// A score below this is not refitted.
@@ -101,6 +105,7 @@ pub fn refit(
     breadth: Breadth,
     part: Part<'_>,
 ) -> Vec<Trial> {
+    let breadth = if rest.z() > ENORMOUS { Breadth::EVERY } else { breadth };
     let begun = promising(base, scores, breadth)
         .par_iter()
         .filter_map(|score| {
