@@ -2,33 +2,16 @@
 //! `thud monitor`, and a log against what was shown live.
 
 use std::io::{BufRead as _, BufReader};
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
 
 use multicast::group;
 use serde_json::Value;
+use tool::{THUD, json, run, told};
 
 mod multicast;
 mod python;
-
-const THUD: &str = env!("CARGO_BIN_EXE_thud");
-
-fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("logs-{name}"));
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
-}
-
-fn thud(arguments: &[&str]) -> Output {
-    let output = Command::new(THUD).args(arguments).output().unwrap();
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    output
-}
-
-fn json(arguments: &[&str]) -> Value {
-    serde_json::from_slice(&thud(&[arguments, &["--json", "-"]].concat()).stdout).unwrap()
-}
+mod tool;
 
 /// A process that ends with the test.
 struct Running(Child);
@@ -54,7 +37,7 @@ impl Drop for Running {
 /// Two sensors that are hit, followed live and logged at the same time; the events as live, and the log.
 fn logged(port: u16, name: &str) -> (Value, String) {
     let bus = format!("udp:{}:{port}", group());
-    let folder = folder(name);
+    let folder = tool::folder(&format!("logs-{name}"));
     let log = folder.join("bus.log").display().to_string();
     let live = folder.join("live.json").display().to_string();
     let sensor = |node: &str, serial: &str, more: &[&str]| {
@@ -74,7 +57,7 @@ fn logged(port: u16, name: &str) -> (Value, String) {
         .unwrap();
     // It has asked who is there, and listens.
     while std::fs::read_to_string(&log).map_or(0, |text| text.lines().count()) < 20 {}
-    thud(&["monitor", "--bus", &bus, "--count", "4", "--json", &live]);
+    told(run(&["monitor", "--bus", &bus, "--count", "4", "--json", &live]));
     assert!(logging.wait().unwrap().success());
     (serde_json::from_str(&std::fs::read_to_string(live).unwrap()).unwrap(), log)
 }

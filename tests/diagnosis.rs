@@ -1,32 +1,23 @@
 //! The tool from the outside: `diagnose` on simulated campaigns, its model in `simulate` and `evaluate`, and what bad input gets.
 
 use std::collections::BTreeSet;
-use std::path::Path;
-use std::process::{Command, Output};
 
 use serde_json::Value;
 use tempfile::TempDir;
+use tool::{refused, run_in, told};
+
+mod tool;
 
 fn read(folder: &TempDir, file: &str) -> String {
     std::fs::read_to_string(folder.path().join(file)).unwrap_or_else(|error| panic!("{file}: {error}"))
 }
 
-fn thud(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_thud")).current_dir(folder).args(arguments).output().unwrap()
-}
-
 fn succeeds(folder: &TempDir, arguments: &[&str]) -> String {
-    let output = thud(folder.path(), arguments);
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
+    told(run_in(folder.path(), arguments))
 }
 
-/// What it says when it refuses, without the frame and the line breaks of the terminal.
 fn refuses(folder: &TempDir, arguments: &[&str]) -> String {
-    let output = thud(folder.path(), arguments);
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}");
-    let words = String::from_utf8(output.stderr).unwrap();
-    words.replace(['│', '×', '╭', '╰', '─'], " ").split_whitespace().collect::<Vec<_>>().join(" ")
+    refused(run_in(folder.path(), arguments))
 }
 
 /// Six recordings at 2 kHz of a rig with a pad, and what else is asked for.
@@ -231,4 +222,32 @@ fn every_mechanism_can_be_looked_up() {
         assert!(one.contains(word), "{word}: {one}");
     }
     assert!(one.lines().all(|line| line.chars().count() <= 110), "{one}");
+}
+
+/// What `thud simulate` writes as a displacement, the diagnosis reads as that, with a pad and without, beside the force and alone.
+#[test]
+fn a_displacement_is_read_as_it_was_simulated() {
+    let folder = TempDir::new().unwrap();
+    for (name, rig) in [("padded", &RIG[..]), ("bare", &RIG[..2])] {
+        campaign(&folder, name, &[rig, &["--displacement", "1e-5", "--seed", "5"]].concat());
+        let mut arguments = vec!["diagnose", name, "--json", "-"];
+        arguments.extend(FEW);
+        let beside: Value = serde_json::from_str(&succeeds(&folder, &arguments)).unwrap();
+        assert_eq!(beside["verdict"], "consistent", "{name}: {beside}");
+        let toml = folder.path().join(name).join("campaign.toml");
+        let text = std::fs::read_to_string(&toml).unwrap();
+        let alone: String = text
+            .lines()
+            .map(|line| match line.split(' ').next() {
+                Some("observed") => "observed = \"displacement_m\"\n".to_owned(),
+                Some("noise_rms_N") => "noise_rms_N = 1e-5\n".to_owned(),
+                Some("full_scale_N") => "full_scale_N = 0.05\n".to_owned(),
+                _ => format!("{line}\n"),
+            })
+            .collect();
+        std::fs::write(&toml, alone).unwrap();
+        let only: Value = serde_json::from_str(&succeeds(&folder, &arguments)).unwrap();
+        assert_eq!(only["verdict"], "consistent", "{name}: {only}");
+        assert!(number(&only["baseline"], "retuned_rmse") < 1.2e-5, "{name}: {only}");
+    }
 }

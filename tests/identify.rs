@@ -2,7 +2,6 @@
 //! speeds and masses that are off, and what no recording can tell.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
@@ -12,10 +11,10 @@ use thud::campaign::{Campaign, Chain, Entry, Estimate, Loaded, Observed, Rig, Ri
 use thud::contact_law::{Identification, NotIdentified, Options, Source, identify, nearest_model};
 use thud::recording::{Channel, FORCE, Recording};
 use thud_sim::rig::{Accuracy, Approach};
+use tool::{folder, json, refusal, run, told};
 
 mod shared_recordings;
-
-const THUD: &str = env!("CARGO_BIN_EXE_thud");
+mod tool;
 
 /// A law as the books print it: force from depth (m), rate (m/s) and speed at contact (m/s).
 type Law = fn(f64, f64, f64) -> f64;
@@ -542,40 +541,14 @@ fn a_model_carries_the_law_or_says_how_far_it_is_off() {
     assert!(nearest.exact && nearest.worst_peak_error < 1e-3, "{} {}", nearest.because, nearest.worst_peak_error);
 }
 
-fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
-}
-
-fn run(arguments: &[&str]) -> Output {
-    Command::new(THUD).args(arguments).output().unwrap()
-}
-
-fn passes(arguments: &[&str]) -> Output {
-    let output = run(arguments);
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    output
-}
-
-/// What a command that refuses says, in one line.
-fn refusal(arguments: &[&str]) -> String {
-    let output = run(arguments);
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", String::from_utf8_lossy(&output.stdout));
-    String::from_utf8_lossy(&output.stderr).replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
 #[test]
 fn a_simulated_campaign_becomes_a_law_a_page_and_a_model_that_runs() {
     let folder = folder("identify");
     let path = |name: &str| folder.join(name).display().to_string();
     let (campaign, page, model, again) = (path("campaign"), path("law.html"), path("law.toml"), path("again"));
     let mechanism = "hunt-crossley-damping:alpha_s_per_m=0.5";
-    passes(&["simulate", "--speeds", "0.1,0.2,0.4", "--mechanism", mechanism, "--out", &campaign]);
-    let output =
-        passes(&["identify", &campaign, "--exponent", "1", "--report", &page, "--model", &model, "--json", "-"]);
-    let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
+    told(run(&["simulate", "--speeds", "0.1,0.2,0.4", "--mechanism", mechanism, "--out", &campaign]));
+    let answer = json(&["identify", &campaign, "--exponent", "1", "--report", &page, "--model", &model]);
     assert_eq!(answer["format"], "thud-identification/1");
     assert_eq!(answer["law"], "hunt-crossley");
     assert_eq!(answer["depth"], "reconstructed");
@@ -598,12 +571,11 @@ fn a_simulated_campaign_becomes_a_law_a_page_and_a_model_that_runs() {
     for says in ["Which contact law holds?", "Hunt–Crossley", "Restitution against speed", "Every law"] {
         assert!(page.contains(says), "{says}");
     }
-    passes(&["simulate", "--model", &model, "--speeds", "0.15,0.3", "--out", &again]);
-    let output = passes(&["evaluate", &model, &campaign, "--json", "-"]);
-    let evaluation: Value = serde_json::from_slice(&output.stdout).unwrap();
+    told(run(&["simulate", "--model", &model, "--speeds", "0.15,0.3", "--out", &again]));
+    let evaluation = json(&["evaluate", &model, &campaign]);
     assert!(number(&evaluation["noise_ratio"]) < 1.15, "{}", evaluation["noise_ratio"]);
 
-    let screen = String::from_utf8(passes(&["identify", &campaign]).stdout).unwrap();
+    let screen = told(run(&["identify", &campaign]));
     assert!(screen.lines().count() < 50 && screen.contains("Hunt–Crossley"), "{screen}");
 }
 
@@ -611,7 +583,7 @@ fn a_simulated_campaign_becomes_a_law_a_page_and_a_model_that_runs() {
 fn bad_input_gets_a_sentence_with_place_and_remedy() {
     let folder = folder("identify-bad");
     let campaign = folder.join("campaign").display().to_string();
-    passes(&["simulate", "--out", &campaign, "--repeats", "1", "--sample-rate", "5000"]);
+    told(run(&["simulate", "--out", &campaign, "--repeats", "1", "--sample-rate", "5000"]));
     assert!(refusal(&["identify", &campaign, "--law", "newton"]).contains("hunt-crossley"));
     assert!(refusal(&["identify", &campaign, "--exponent", "9"]).contains("0.4 to 5"));
     assert!(refusal(&["identify", &campaign, "--depth", "measured"]).contains("`displacement_m`"));
@@ -624,7 +596,7 @@ fn bad_input_gets_a_sentence_with_place_and_remedy() {
     let said = refusal(&["identify", &campaign]);
     assert!(said.contains("missing field `effective_mass_kg`") && said.contains("campaign.toml:"), "{said}");
     let fall = folder.join("fall").display().to_string();
-    passes(&["simulate", "--kind", "fall", "--speeds", "1", "--masses", "1", "--out", &fall]);
+    told(run(&["simulate", "--kind", "fall", "--speeds", "1", "--masses", "1", "--out", &fall]));
     assert!(refusal(&["identify", &fall]).contains("nothing is touched"));
 }
 

@@ -1,12 +1,10 @@
 //! `thud predict` as a person runs it, scikit-learn on the same folds, and the forecast of a simulated sensor on its bus.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::Path;
 
 use embassy_time::{Duration, Instant};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
-use serde_json::Value;
 use thud_firmware::board::{Frame, Received};
 use thud_firmware::configuration::Configuration;
 use thud_firmware::dictionary::frame::{FORECAST_BASE, ForecastFrame, Part};
@@ -20,35 +18,10 @@ use thud_sim::force::Blows;
 use thud_sim::mechanism::Effect;
 use thud_sim::rig::{Accuracy, Approach, Impact, Rig, pad_of};
 use thud_sim::world::World;
+use tool::{folder, json, refusal, run, told};
 
 mod python;
-
-const THUD: &str = env!("CARGO_BIN_EXE_thud");
-
-fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
-}
-
-fn run(arguments: &[&str]) -> Output {
-    Command::new(THUD).arg("predict").args(arguments).output().unwrap()
-}
-
-fn json(arguments: &[&str]) -> Value {
-    let output = run(&[arguments, &["--json", "-"]].concat());
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
-}
-
-/// What a command that refuses says, in one line.
-fn refusal(arguments: &[&str]) -> String {
-    let output = run(arguments);
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", String::from_utf8_lossy(&output.stdout));
-    let said = String::from_utf8_lossy(&output.stderr).replace('│', " ");
-    said.split_whitespace().collect::<Vec<_>>().join(" ")
-}
+mod tool;
 
 fn text(path: &Path) -> String {
     path.display().to_string()
@@ -59,12 +32,12 @@ fn data_test_train_and_export_follow_each_other() {
     let folder = folder("predict-whole");
     let (data, page, model, table) =
         (folder.join("data"), folder.join("page.html"), folder.join("online.json"), folder.join("table.rs"));
-    let made = json(&["data", "--sessions", "1", "--out", &text(&data)]);
+    let made = json(&["predict", "data", "--sessions", "1", "--out", &text(&data)]);
     assert_eq!((made["campaigns"].as_array().unwrap().len(), made["impacts"].as_u64()), (5, Some(180)));
-    assert!(refusal(&["data", "--out", &text(&data)]).contains("--replace"));
+    assert!(refusal(&["predict", "data", "--out", &text(&data)]).contains("--replace"));
 
     let python = python::python("sklearn");
-    let mut arguments = vec!["test".to_owned(), text(&data), "--report".to_owned(), text(&page)];
+    let mut arguments = vec!["predict".to_owned(), "test".to_owned(), text(&data), "--report".to_owned(), text(&page)];
     if let Some(python) = &python {
         arguments.extend(["--scikit-learn".to_owned(), text(python)]);
     }
@@ -92,12 +65,12 @@ fn data_test_train_and_export_follow_each_other() {
     let page = std::fs::read_to_string(&page).unwrap();
     assert!(page.contains("leaky") && page.matches("<svg").count() >= 6 && !page.contains("http-equiv"));
 
-    let train = ["train", &text(&data), "--task", "online", "--learner", "table", "--out", &text(&model)];
+    let train = ["predict", "train", &text(&data), "--task", "online", "--learner", "table", "--out", &text(&model)];
     assert_eq!(json(&train)["bounds"].as_array().unwrap().len(), 4);
-    let exported = json(&["export", &text(&model), "--out", &text(&table)]);
+    let exported = json(&["predict", "export", &text(&model), "--out", &text(&table)]);
     assert!(exported["bytes"].as_u64().unwrap() <= 2_048, "{exported}");
     assert!(std::fs::read_to_string(&table).unwrap().contains("pub static TABLE"));
-    let tried = json(&["test", "--model", &text(&model), &text(&data)]);
+    let tried = json(&["predict", "test", "--model", &text(&model), &text(&data)]);
     assert!(tried["within_bounds"].as_f64().unwrap() > 0.9, "{tried}");
 }
 
@@ -105,23 +78,23 @@ fn data_test_train_and_export_follow_each_other() {
 fn what_cannot_be_learned_from_is_refused_with_what_would_be_right() {
     let folder = folder("predict-refused");
     let nowhere = text(&folder.join("nowhere"));
-    assert!(refusal(&["test", &nowhere]).contains("cannot be read"));
-    assert!(refusal(&["test", &text(&folder)]).contains("thud predict data"));
+    assert!(refusal(&["predict", "test", &nowhere]).contains("cannot be read"));
+    assert!(refusal(&["predict", "test", &text(&folder)]).contains("thud predict data"));
     let model = folder.join("model.json");
     std::fs::write(&model, "{}").unwrap();
-    assert!(refusal(&["export", &text(&model), "--out", &nowhere]).contains("thud predict train"));
+    assert!(refusal(&["predict", "export", &text(&model), "--out", &nowhere]).contains("thud predict train"));
 
     let drops = text(&folder.join("drops"));
     let simulate = ["simulate", "--kind", "drop", "--speeds", "0.9", "--masses", "1", "--out", &drops];
-    assert!(Command::new(THUD).args(simulate).output().unwrap().status.success());
-    assert!(refusal(&["test", &drops]).contains("no impacts of a robot"));
+    told(run(&simulate));
+    assert!(refusal(&["predict", "test", &drops]).contains("no impacts of a robot"));
 
     let few = text(&folder.join("few"));
     let simulate = ["simulate", "--speeds", "0.1,0.2", "--masses", "5", "--repeats", "3", "--out", &few];
-    assert!(Command::new(THUD).args(simulate).output().unwrap().status.success());
-    let said = refusal(&["train", &few, "--out", &text(&model)]);
+    told(run(&simulate));
+    let said = refusal(&["predict", "train", &few, "--out", &text(&model)]);
     assert!(said.contains("too few") && said.contains("at least 16"), "{said}");
-    assert!(refusal(&["test", &few, "--folds", "7"]).contains("cannot be divided into 7 folds"));
+    assert!(refusal(&["predict", "test", &few, "--folds", "7"]).contains("cannot be divided into 7 folds"));
 }
 
 const NODE: u8 = Configuration::DEFAULT.node.node_id;

@@ -2,9 +2,11 @@
 //! opened and scored; its quality must not fall below a floor. And the sceptic's own case.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
 use serde_json::Value;
+use tool::{refused, run_in, told};
+
+mod tool;
 
 struct Folder(PathBuf);
 
@@ -23,15 +25,6 @@ impl Drop for Folder {
     }
 }
 
-fn thud(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_thud")).current_dir(folder).args(arguments).output().unwrap()
-}
-
-fn succeeded(output: &Output) -> String {
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8_lossy(&output.stdout).into_owned()
-}
-
 fn json(path: &Path) -> Value {
     serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
 }
@@ -44,7 +37,7 @@ const FLOOR: usize = 7;
 #[test]
 fn a_sample_of_the_frozen_set_is_sealed_diagnosed_opened_and_scored() {
     let folder = Folder::new("sample");
-    let told = succeeded(&thud(
+    let screen = told(run_in(
         &folder.0,
         &["prove", "--sample", SAMPLE, "--out", "run", "--json", "scores.json", "--report", "page.html"],
     ));
@@ -57,8 +50,8 @@ fn a_sample_of_the_frozen_set_is_sealed_diagnosed_opened_and_scored() {
     let answers = std::fs::read(folder.0.join("run/answers.json")).unwrap();
     let hash = scores["answers_sha256"].as_str().unwrap();
     assert_eq!(thud::proof::seal::sha256(&answers), hash);
-    let (hashed, diagnosed) = (told.find(hash).unwrap(), told.find("are diagnosed by processes").unwrap());
-    assert!(hashed < diagnosed, "{told}");
+    let (hashed, diagnosed) = (screen.find(hash).unwrap(), screen.find("are diagnosed by processes").unwrap());
+    assert!(hashed < diagnosed, "{screen}");
     let sealed = std::fs::read(folder.0.join("run/sealed.bin")).unwrap();
     let readable = |bytes: &[u8], word: &[u8]| bytes.windows(word.len()).any(|window| window == word);
     assert!(readable(&answers, b"right_verdict") && !readable(&sealed, b"right_verdict"));
@@ -80,13 +73,13 @@ fn a_sample_of_the_frozen_set_is_sealed_diagnosed_opened_and_scored() {
     // The scores are those of the cases.
     let right = cases.iter().filter(|case| case["right"] == true).count();
     assert_eq!(scores["scores"]["all"]["right"]["hits"], right);
-    assert!(right >= FLOOR, "{right} of {SAMPLE} are right, {FLOOR} is the least: {told}");
+    assert!(right >= FLOOR, "{right} of {SAMPLE} are right, {FLOOR} is the least: {screen}");
     assert!(scores["targets"].as_array().unwrap().len() >= 20);
     let page = std::fs::read_to_string(folder.0.join("page.html")).unwrap();
     assert!(page.contains("Who was taken for whom") && !page.contains("src=") && !page.contains("http-equiv"));
 
     // Judged again from what lies there, without diagnosing anything, the outcome is the same but for the seal.
-    succeeded(&thud(&folder.0, &["prove", "--opened", "--out", "run", "--json", "again.json"]));
+    told(run_in(&folder.0, &["prove", "--opened", "--out", "run", "--json", "again.json"]));
     let again = json(&folder.0.join("again.json"));
     assert_eq!((&again["cases"], &again["sealed"]), (&scores["cases"], &Value::Bool(false)));
 }
@@ -95,7 +88,7 @@ fn a_sample_of_the_frozen_set_is_sealed_diagnosed_opened_and_scored() {
 fn a_run_is_taken_up_with_its_seed_and_refused_with_another() {
     let folder = Folder::new("taken-up");
     let run = |seed: &str| {
-        thud(
+        run_in(
             &folder.0,
             &[
                 "prove",
@@ -114,14 +107,12 @@ fn a_run_is_taken_up_with_its_seed_and_refused_with_another() {
             ],
         )
     };
-    succeeded(&run("5"));
+    told(run("5"));
     let first = json(&folder.0.join("s.json"));
-    let told = succeeded(&run("5"));
-    assert!(told.contains("2 of 2 cases are already done"), "{told}");
+    let screen = told(run("5"));
+    assert!(screen.contains("2 of 2 cases are already done"), "{screen}");
     assert_eq!(json(&folder.0.join("s.json"))["cases"], first["cases"]);
-    let other = run("6");
-    assert_eq!(other.status.code(), Some(2));
-    let said = String::from_utf8_lossy(&other.stderr).into_owned();
+    let said = refused(run("6"));
     assert!(said.contains("holds another run"), "{said}");
 }
 
@@ -129,7 +120,7 @@ fn a_run_is_taken_up_with_its_seed_and_refused_with_another() {
 fn a_sceptic_hides_an_effect_for_someone_else() {
     let folder = Folder::new("sceptic");
     let conceal = |effect: &str, strength: &str, answer: &str| {
-        thud(
+        run_in(
             &folder.0,
             &[
                 "conceal",
@@ -146,25 +137,20 @@ fn a_sceptic_hides_an_effect_for_someone_else() {
             ],
         )
     };
-    let told = succeeded(&conceal("piezo-discharge", "40", "answer.json"));
+    let screen = told(conceal("piezo-discharge", "40", "answer.json"));
     let answer = std::fs::read(folder.0.join("answer.json")).unwrap();
-    assert!(told.contains(&thud::proof::seal::sha256(&answer)), "{told}");
+    assert!(screen.contains(&thud::proof::seal::sha256(&answer)), "{screen}");
     let answer: Value = serde_json::from_slice(&answer).unwrap();
     assert_eq!(answer["cases"][0]["effects"][0]["id"], "piezo-discharge");
     let diagnosis: Value =
-        serde_json::from_str(&succeeded(&thud(&folder.0, &["diagnose", "riddle", "--json", "-"]))).unwrap();
+        serde_json::from_str(&told(run_in(&folder.0, &["diagnose", "riddle", "--json", "-"]))).unwrap();
     assert_ne!(diagnosis["verdict"], "consistent");
 
-    let refused = |output: Output| {
-        assert_eq!(output.status.code(), Some(2));
-        let said = String::from_utf8_lossy(&output.stderr).replace('│', " ");
-        said.split_whitespace().collect::<Vec<_>>().join(" ")
-    };
     assert!(refused(conceal("piezo-discharge", "40", "answer.json")).contains("holds a campaign already"));
     assert!(refused(conceal("friction", "40", "answer.json")).contains("did you mean guide-friction"));
     assert!(refused(conceal("adhesion", "40", "riddle/answer.json")).contains("put it elsewhere"));
     assert!(refused(conceal("adhesion", "1", "answer.json")).contains("choose 2 or more"));
-    assert!(succeeded(&thud(&folder.0, &["conceal", "--list"])).contains("gear-cogging"));
+    assert!(told(run_in(&folder.0, &["conceal", "--list"])).contains("gear-cogging"));
 }
 
 /// The house keeps them apart: what fits names nothing of what conceals, and in the tool only `prove` and `conceal` do.

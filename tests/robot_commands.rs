@@ -3,42 +3,17 @@
 
 use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Command, Stdio};
 
 use multicast::group;
 use serde_json::Value;
+use tool::{THUD, folder, json, refusal, run};
 
 mod multicast;
-
-const THUD: &str = env!("CARGO_BIN_EXE_thud");
+mod tool;
 
 fn iiwa() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/robots/iiwa14.urdf")
-}
-
-fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
-}
-
-fn run(arguments: &[&str]) -> Output {
-    Command::new(THUD).args(arguments).output().unwrap()
-}
-
-fn json(arguments: &[&str]) -> Value {
-    let output = run(&[arguments, &["--json", "-"]].concat());
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
-}
-
-/// What a command that refuses says, in one line.
-fn refusal(arguments: &[&str]) -> String {
-    let output = run(arguments);
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", String::from_utf8_lossy(&output.stdout));
-    let said = String::from_utf8_lossy(&output.stderr).replace('│', " ");
-    said.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 fn number(value: &Value) -> f64 {

@@ -1,27 +1,20 @@
 //! The tool from the outside: `simulate` makes campaigns, `replay` senses them, `demo` goes the whole way.
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 
 use serde_json::Value;
 use tempfile::TempDir;
+use tool::{THUD, refused, run_in, told};
 
-fn thud(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_thud")).current_dir(folder).args(arguments).output().unwrap()
-}
+mod tool;
 
 fn succeeds(folder: &Path, arguments: &[&str]) -> String {
-    let output = thud(folder, arguments);
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
+    told(run_in(folder, arguments))
 }
 
-/// What it says when it refuses, without the frame and the line breaks of the terminal.
 fn refuses(folder: &Path, arguments: &[&str]) -> String {
-    let output = thud(folder, arguments);
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}");
-    let words = String::from_utf8(output.stderr).unwrap();
-    words.replace(['│', '×', '╭', '╰', '─'], " ").split_whitespace().collect::<Vec<_>>().join(" ")
+    refused(run_in(folder, arguments))
 }
 
 fn json(text: &str) -> Value {
@@ -250,7 +243,7 @@ fn the_exit_status_says_who_was_at_fault() {
 fn a_reader_that_goes_away_is_no_fault() {
     let folder = TempDir::new().unwrap();
     for arguments in [&["demo"][..], &["demo", "--json", "-"], &["simulate", "--out", "made"]] {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_thud"))
+        let mut child = Command::new(THUD)
             .current_dir(folder.path())
             .args(arguments)
             .stdout(std::process::Stdio::piped())

@@ -5,22 +5,22 @@
 
 use std::path::{Path, PathBuf};
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::html;
 use miette::{IntoDiagnostic as _, WrapErr as _, miette};
 use real_campaigns::{Agreement, Real, named};
 use serde_json::Value;
 use thud::diagnosis::{self, Options, answer, shown};
 use thud::proof::lighter::lighter;
+use thud::report::document::document;
 
 #[path = "../../tests/real_campaigns/mod.rs"]
 mod real_campaigns;
 #[path = "../../tests/shared_recordings.rs"]
 mod shared_recordings;
 
-const STYLE: &str = "
-body { font: 1rem/1.4 sans-serif; max-width: 70rem; margin: 2rem auto; padding: 0 1rem; color: #111 }
-table { border-collapse: collapse; font-size: .86rem } th, td { text-align: left; vertical-align: top; padding: .3rem .5rem; border-bottom: 1px solid #ccc }
-";
+const TITLE: &str = "Real recordings with a documented cause";
+/// Many columns of words.
+const STYLE: &str = "body { max-width: 76rem } table { font-size: .84rem }";
 
 /// One campaign beside its documentation.
 struct Row {
@@ -46,7 +46,7 @@ fn main() -> miette::Result<()> {
         }
     }
     written(&out.join("table.md"), &markdown(&rows))?;
-    written(&out.join("index.html"), &page(&rows).into_string())
+    written(&out.join("index.html"), &page(&rows))
 }
 
 fn written(path: &Path, text: &str) -> miette::Result<()> {
@@ -132,46 +132,36 @@ fn markdown(rows: &[Row]) -> String {
     text
 }
 
-fn page(rows: &[Row]) -> Markup {
+fn page(rows: &[Row]) -> String {
     let count = |wanted: Agreement| rows.iter().filter(|row| row.agreement == wanted).count();
-    html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width";
-                title { "Real recordings with a documented cause" }
-                style { (PreEscaped(STYLE)) }
-            }
-            body {
-                h1 { "Real recordings with a documented cause" }
-                p {
-                    "Recordings that other people made, each as a campaign with the baseline that its plan implies, diagnosed without hints. Of " (rows.len())
-                    " the diagnosis agrees with what is documented in " (count(Agreement::Yes)) ", in part in " (count(Agreement::InPart)) ", not in "
-                    (count(Agreement::No)) "; in " (count(Agreement::Open)) " nothing is documented to agree with."
-                }
-                table {
-                    thead { tr {
-                        th { "campaign" } th { "recorded" } th { "documented" } th { "the diagnosis" } th { "first one's strength" }
-                        th { "noise" } th { "left out, before" } th { "after" } th { "agreement" }
-                    } }
-                    tbody {
-                        @for Row { real, answer, agreement } in rows {
-                            tr {
-                                td { a href=(format!("{}.html", real.name)) { (real.name) } }
-                                td { (real.about) }
-                                td { (real.documented) }
-                                td { (said(answer)) }
-                                td { (strength(answer)) }
-                                @for one in rmse(answer) { td { (one) } }
-                                td { (word(*agreement)) }
-                            }
-                        }
+    let body = html! {
+        h1 { (TITLE) }
+        p {
+            "Recordings that other people made, each as a campaign with the baseline that its plan implies, diagnosed without hints. Of " (rows.len())
+            " the diagnosis agrees with what is documented in " (count(Agreement::Yes)) ", in part in " (count(Agreement::InPart)) ", not in "
+            (count(Agreement::No)) "; in " (count(Agreement::Open)) " nothing is documented to agree with."
+        }
+        table {
+            thead { tr {
+                th { "campaign" } th { "recorded" } th { "documented" } th { "the diagnosis" } th { "first one's strength" }
+                th { "noise" } th { "left out, before" } th { "after" } th { "agreement" }
+            } }
+            tbody {
+                @for Row { real, answer, agreement } in rows {
+                    tr {
+                        td { a href=(format!("{}.html", real.name)) { (real.name) } }
+                        td { (real.about) }
+                        td { (real.documented) }
+                        td { (said(answer)) }
+                        td { (strength(answer)) }
+                        @for one in rmse(answer) { td { (one) } }
+                        td { (word(*agreement)) }
                     }
                 }
-                p { "Noise and rmse are in the observed channel's unit. “In part”: what is documented is named beside something else, or with a rest that
-                     no mechanism explains; where nothing is documented to be visible: no physics is invented, but what is left is not taken for noise." }
             }
         }
-    }
+        p { "Noise and rmse are in the observed channel's unit. “In part”: what is documented is named beside something else, or with a rest that
+             no mechanism explains; where nothing is documented to be visible: no physics is invented, but what is left is not taken for noise." }
+    };
+    document(TITLE, &[STYLE], &body)
 }

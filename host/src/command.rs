@@ -24,6 +24,7 @@ mod simulate;
 mod speed;
 mod status;
 mod step;
+mod written;
 
 /// Impact sensor for testing robots that work next to people.
 ///

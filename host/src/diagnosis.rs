@@ -13,6 +13,7 @@ pub mod advice;
 pub mod answer;
 pub mod candidate;
 mod conditions;
+mod convention;
 pub mod evaluation;
 pub mod evidence;
 pub mod fit;

@@ -11,9 +11,10 @@
 //! Readable in black and white: lines differ in weight and dash, not in colour.
 
 pub(crate) mod curve;
-pub(crate) mod document;
-pub(crate) mod figure;
+pub mod document;
+mod figure;
 pub(crate) mod page;
+pub(crate) mod plot;
 mod sheet;
 pub mod words;
 

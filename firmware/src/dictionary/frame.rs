@@ -102,6 +102,15 @@ fn word(data: &[u8; 8], at: usize) -> u16 {
     u16::from_le_bytes([data[at], data[at + 1]])
 }
 
+/// The bytes of a frame that begins with its impact's number and whether a value lay out of range, and these two.
+fn of_impact(bytes: &[u8]) -> Result<([u8; 8], u8, bool), Malformed> {
+    let data = bytes8(bytes)?;
+    if data[1] & !1 != 0 {
+        return Err(Malformed::Reserved);
+    }
+    Ok((data, data[0], data[1] & 1 != 0))
+}
+
 fn words(a: u16, b: u16, c: u16, d: u16) -> [u8; 8] {
     let mut data = [0; 8];
     for (field, value) in data.chunks_exact_mut(2).zip([a, b, c, d]) {
@@ -147,13 +156,10 @@ impl Alarm {
     /// # Errors
     /// [`Malformed::Length`], [`Malformed::Reserved`].
     pub fn decode(bytes: &[u8]) -> Result<Self, Malformed> {
-        let data = bytes8(bytes)?;
-        if data[1] & !1 != 0 {
-            return Err(Malformed::Reserved);
-        }
+        let (data, impact, saturated) = of_impact(bytes)?;
         Ok(Self {
-            impact: data[0],
-            saturated: data[1] & 1 != 0,
+            impact,
+            saturated,
             force: Newton(f32::from(i16::from_le_bytes([data[2], data[3]])) / 10.0),
             index: u32::from_le_bytes([data[4], data[5], data[6], data[7]]),
         })
@@ -193,13 +199,10 @@ impl ForecastFrame {
     /// # Errors
     /// [`Malformed::Length`], [`Malformed::Reserved`].
     pub fn decode(bytes: &[u8]) -> Result<Self, Malformed> {
-        let data = bytes8(bytes)?;
-        if data[1] & !1 != 0 {
-            return Err(Malformed::Reserved);
-        }
+        let (data, impact, saturated) = of_impact(bytes)?;
         Ok(Self {
-            impact: data[0],
-            saturated: data[1] & 1 != 0,
+            impact,
+            saturated,
             peak: Newton(f32::from(word(&data, 2)) / 10.0),
             bound: Newton(f32::from(word(&data, 4)) / 10.0),
             samples: word(&data, 6),

@@ -10,6 +10,19 @@
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::Assembly;
 
+/// Where the friction goes: to the cell or past it.
+pub(super) const CELL_SHARE: Parameter = Parameter {
+    name: "cell_share",
+    unit: "1",
+    meaning: "part of the friction that flows through the load cell: 0 when the guide stands beside it, 1 when on it",
+    null: None,
+    range: (0.0, 1.0),
+    plausible: (0.0, 1.0),
+    typical: 0.0,
+    scale: Scale::Linear,
+    search: Search::Typical,
+};
+
 pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "guide-friction",
     group: Group::Guide,
@@ -28,17 +41,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Logarithmic,
             search: Search::Strength,
         },
-        Parameter {
-            name: "cell_share",
-            unit: "1",
-            meaning: "part of the friction that flows through the load cell: 0 when the guide stands beside it, 1 when on it",
-            null: None,
-            range: (0.0, 1.0),
-            plausible: (0.0, 1.0),
-            typical: 0.0,
-            scale: Scale::Linear,
-            search: Search::Typical,
-        },
+        CELL_SHARE,
     ],
     signature: "a loop of constant width in force over stroke, a short plateau at the turning point, a rest of up to F_c after release",
     confused_with: &["hunt-crossley-damping", "load-dependent-friction", "stiction", "piezo-discharge"],

@@ -36,6 +36,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Linear,
             search: Search::Plausible,
         },
+        super::guide_friction::CELL_SHARE,
     ],
     signature: "a dead zone at the start and at the turning point that ends with a jump; a rest after release",
     confused_with: &["guide-friction", "clearance"],
@@ -46,4 +47,5 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 fn enter(effect: &Effect, assembly: &mut Assembly) {
     assembly.guide.coulomb_n += effect.value(0);
     assembly.guide.static_ratio = assembly.guide.static_ratio.max(effect.value(1));
+    assembly.guide.cell_share = effect.value(2);
 }

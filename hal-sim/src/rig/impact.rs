@@ -24,6 +24,8 @@ pub enum Quantity {
     ContactForce,
     /// Stroke of the body springs, m.
     Stroke,
+    /// How far pad and body springs together are pressed in, m: the way of the tip while it touches, else what the piece keeps.
+    Depth,
     /// Position of the robot's tip, or of the falling mass, m.
     Position,
     /// Its velocity, m/s.
@@ -279,6 +281,8 @@ impl Impact {
             Quantity::CellForce => unreachable!("read above"),
             Quantity::ContactForce => instant.contact_n,
             Quantity::Stroke => instant.piece_m,
+            Quantity::Depth if self.trajectory.stretches()[stretch].mode.touching => instant.over_m,
+            Quantity::Depth => instant.piece_m,
             Quantity::Position => instant.tip_m,
             Quantity::Velocity => instant.tip_m_per_s,
             Quantity::Acceleration => instant.tip_m_per_s2,

@@ -95,7 +95,7 @@ pub(super) struct Instant {
     pub(super) tip_m_per_s: f64,
     pub(super) tip_m_per_s2: f64,
     /// Tip over frame.
-    over_m: f64,
+    pub(super) over_m: f64,
     over_m_per_s: f64,
     /// Piece over frame: the stroke of the springs.
     pub(super) piece_m: f64,

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use indicatif::ProgressBar;
 use miette::{IntoDiagnostic as _, WrapErr as _};
 
+use super::written;
 use crate::demonstration::{Outcome, RECORDINGS, Scenario, demonstrate, report, riddle, table};
 use crate::json::JsonOption;
 use crate::report::{page, words};
@@ -64,11 +65,8 @@ impl Demo {
         spinner.finish_and_clear();
 
         let outcome = Outcome::new(&demonstrated, &riddle);
-        let written = |path: &std::path::Path, text: &str| {
-            std::fs::write(path, text).into_diagnostic().wrap_err_with(|| format!("cannot write {}", path.display()))
-        };
-        written(&page_path, &page(&report(&demonstrated, &riddle, &diagnosis_name)))?;
-        written(&page_path.with_file_name(&diagnosis_name), &riddle.page)?;
+        written::write(&page_path, &page(&report(&demonstrated, &riddle, &diagnosis_name)))?;
+        written::write(&page_path.with_file_name(&diagnosis_name), &riddle.page)?;
         if let Some(folder) = &self.out {
             JsonOption { json: Some(folder.join("demo.json")) }.write(&outcome)?;
         }

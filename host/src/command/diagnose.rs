@@ -2,9 +2,8 @@
 
 use std::path::PathBuf;
 
-use miette::{IntoDiagnostic as _, WrapErr as _};
-
 use super::step::Steps;
+use super::written::{Places, Results};
 use crate::campaign;
 use crate::diagnosis::{self, Note, Options, answer, found_model, shown};
 use crate::json::JsonOption;
@@ -48,25 +47,12 @@ impl Diagnose {
         found.notes.splice(0..0, warnings);
         let answer = answer::answer(&found);
         let name = &loaded.campaign.name;
-        let written = |path: &PathBuf, text: String| {
-            std::fs::write(path, text).into_diagnostic().wrap_err_with(|| format!("cannot write {}", path.display()))
+        let results = Results {
+            answer: &answer,
+            page: || shown::page(&found, &answer, name),
+            model: || found_model::to_toml(&found, name),
+            screenful: || shown::screenful(&found, &answer, name),
         };
-        if let Some(path) = &self.model {
-            written(path, found_model::to_toml(&found, name))?;
-        }
-        if let Some(path) = &self.report {
-            written(path, shown::page(&found, &answer, name))?;
-        }
-        self.json.write(&answer)?;
-        if !self.json.owns_stdout() {
-            crate::standard_output::say(format_args!("{}", shown::screenful(&found, &answer, name)));
-            if let Some(path) = &self.report {
-                crate::say!("The page is in {}.", path.display());
-            }
-            if let Some(path) = &self.model {
-                crate::say!("The model is in {}.", path.display());
-            }
-        }
-        Ok(())
+        results.give(&Places { json: &self.json, report: self.report.as_deref(), model: self.model.as_deref() })
     }
 }

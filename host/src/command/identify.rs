@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use miette::{IntoDiagnostic as _, WrapErr as _};
 
 use super::step::Steps;
+use super::written::{Places, Results};
 use crate::campaign;
 use crate::contact_law::{Options, Source, answer, identify, nearest_model, shown, to_toml};
 use crate::json::JsonOption;
@@ -66,25 +66,12 @@ impl Identify {
         let answer = answer(&found, &loaded);
         let nearest = nearest_model(&found, &loaded);
         let name = &loaded.campaign.name;
-        let written = |path: &PathBuf, text: String| {
-            std::fs::write(path, text).into_diagnostic().wrap_err_with(|| format!("cannot write {}", path.display()))
+        let results = Results {
+            answer: &answer,
+            page: || shown::page(&found, &answer, &nearest, name),
+            model: || to_toml(&nearest, &found),
+            screenful: || shown::screenful(&found, &nearest, name),
         };
-        if let Some(path) = &self.model {
-            written(path, to_toml(&nearest, &found))?;
-        }
-        if let Some(path) = &self.report {
-            written(path, shown::page(&found, &answer, &nearest, name))?;
-        }
-        self.json.write(&answer)?;
-        if !self.json.owns_stdout() {
-            crate::standard_output::say(format_args!("{}", shown::screenful(&found, &nearest, name)));
-            if let Some(path) = &self.report {
-                crate::say!("The page is in {}.", path.display());
-            }
-            if let Some(path) = &self.model {
-                crate::say!("The model is in {}.", path.display());
-            }
-        }
-        Ok(())
+        results.give(&Places { json: &self.json, report: self.report.as_deref(), model: self.model.as_deref() })
     }
 }

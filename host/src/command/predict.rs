@@ -7,6 +7,7 @@ use miette::{IntoDiagnostic as _, WrapErr as _, miette};
 use serde::Serialize;
 
 use super::step::Steps;
+use super::written::write;
 use crate::campaign;
 use crate::json::JsonOption;
 use crate::predict::dataset::{Dataset, folders};
@@ -213,10 +214,6 @@ fn read_all(paths: &[PathBuf], steps: &Steps) -> miette::Result<Dataset> {
         }
     }
     Ok(dataset)
-}
-
-fn write(path: &Path, text: &str) -> miette::Result<()> {
-    std::fs::write(path, text).into_diagnostic().wrap_err_with(|| format!("cannot write {}", path.display()))
 }
 
 /// What `test --json` gives.

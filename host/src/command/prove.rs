@@ -6,6 +6,7 @@ use clap::ValueEnum as _;
 use indicatif::{ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic as _, WrapErr as _, miette};
 
+use super::written;
 use crate::json::JsonOption;
 use crate::proof::conceal::{self, Composition};
 use crate::proof::folder::{Done, Folder, Run};
@@ -124,9 +125,7 @@ impl Prove {
         }
         let outcome = opened(&drawn, &done, &prober.hash, jobs)?;
         if let Some(path) = &self.report {
-            std::fs::write(path, shown::page::page(&outcome))
-                .into_diagnostic()
-                .wrap_err_with(|| format!("cannot write {}", path.display()))?;
+            written::write(path, &shown::page::page(&outcome))?;
         }
         if let Some(folder) = &self.stories {
             tell(&outcome, &prober, &drawn, folder)?;

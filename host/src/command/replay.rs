@@ -2,12 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use miette::{IntoDiagnostic as _, WrapErr as _};
-
 use thud_firmware::configuration::Configuration;
 use thud_firmware::event::Flags;
 use thud_firmware::units::{Kilogram, NewtonPerMetre};
 
+use super::written;
 use crate::campaign;
 use crate::json::JsonOption;
 use crate::recording;
@@ -67,9 +66,7 @@ impl Replay {
         }
         if let Some(path) = &self.report {
             let page = report::page(&crate::replay::report(&all, &configuration));
-            std::fs::write(path, page)
-                .into_diagnostic()
-                .wrap_err_with(|| format!("cannot write {}", path.display()))?;
+            written::write(path, &page)?;
             if !self.json.owns_stdout() {
                 crate::say!("The page is in {}.", path.display());
             }

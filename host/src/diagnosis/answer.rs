@@ -201,7 +201,6 @@ pub fn parameters_by_noise(diagnosis: &Diagnosis, place: usize) -> Vec<Value> {
 fn within(diagnosis: &Diagnosis, place: usize, equations: f64) -> Vec<Value> {
     let selection = &diagnosis.selection;
     let fit = &selection.best.fit;
-    let deviations = selection.tangent.normal(0.0).map(|normal| normal.global_deviations());
     let effect = fit.layout.effect(&diagnosis.problem, place, &fit.point);
     effect
         .mechanism()
@@ -212,7 +211,7 @@ fn within(diagnosis: &Diagnosis, place: usize, equations: f64) -> Vec<Value> {
             let value = effect.value(number);
             let role = Role::Mechanism { entrant: place, place: number };
             let global = fit.layout.globals.iter().position(|coordinate| coordinate.role == role);
-            let interval = global.zip(deviations.as_ref()).map(|(global, deviations)| {
+            let interval = global.zip(selection.deviations.as_ref()).map(|(global, deviations)| {
                 let here = coordinate_of(parameter, value);
                 // A line is counted, period by period, whatever the equation.
                 let counted = parameter.search == Search::OfLines;

@@ -28,6 +28,10 @@ const MOST_TRIES: usize = 7;
 /// Whitened residuals beyond this count as a spike: they pull with a constant force only (P. J. Huber, 1964).
 const SPIKE: f64 = 8.0;
 
+/// Instants of contact that are tried to either side, and how far they are apart, in samples.
+const SHIFTS: i32 = 8;
+const SHIFT_SAMPLES: f64 = 0.25;
+
 /// Which coordinates move, and how long.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
@@ -164,6 +168,31 @@ impl Fit {
         let cost =
             residuals.iter().flatten().map(|r| robust(*r)).sum::<f64>() + prior_cost(problem, &layout, &point, part);
         Some(Self { layout, point, cost, residuals, model: all })
+    }
+
+    /// The same with every contact at the instant nearby that fits best, all else as given. A step at contact that moves past a sample is
+    /// no smooth function of the instant: a tangent does not find it.
+    #[must_use]
+    pub fn touching(problem: &Problem, layout: Layout, mut point: Point, part: Part<'_>) -> Option<Self> {
+        let contact = layout.locals.iter().position(|coordinate| coordinate.role == Role::Contact)?;
+        let instants: Option<Vec<f64>> = part
+            .par_iter()
+            .map(|&recording| {
+                let impact = predict::strike(problem, &layout, &point, recording).ok()?;
+                let sample_s = problem.recordings[recording].sample_s;
+                let costs = (-SHIFTS..=SHIFTS).map(|shift| {
+                    let shift_s = f64::from(shift) * SHIFT_SAMPLES * sample_s;
+                    let values = predict::read(problem, &layout, &point, recording, &impact, shift_s);
+                    (shift_s, whitened_residual(problem, recording, &values).into_iter().map(robust).sum::<f64>())
+                });
+                let (shift_s, _) = costs.min_by(|a, b| a.1.total_cmp(&b.1))?;
+                Some(point.locals[recording][contact] + shift_s)
+            })
+            .collect();
+        for (&recording, instant) in part.iter().zip(instants?) {
+            point.locals[recording][contact] = instant;
+        }
+        Self::at(problem, layout, point, part)
     }
 
     /// The sum of squares of one recording's whitened residual.

@@ -52,7 +52,7 @@ impl Entrant {
 }
 
 /// Where a mechanism acts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Scope {
     /// In every recording.
     Everywhere,
@@ -236,6 +236,22 @@ impl Layout {
         Self { entrants, globals, locals, of_rig, offsets_as_seen: false }
     }
 
+    /// The same with one mechanism more.
+    #[must_use]
+    pub fn with(&self, problem: &Problem, entrant: Entrant) -> Self {
+        let mut entrants = self.entrants.clone();
+        entrants.push(entrant);
+        Self::new(problem, entrants)
+    }
+
+    /// The same without the mechanism in one place.
+    #[must_use]
+    pub fn without(&self, problem: &Problem, place: usize) -> Self {
+        let mut entrants = self.entrants.clone();
+        entrants.remove(place);
+        Self::new(problem, entrants)
+    }
+
     /// Where a fit without experience begins: everything as believed, contact and offsets as guessed, mechanisms as given.
     #[must_use]
     pub fn start(&self, problem: &Problem) -> Point {
@@ -346,16 +362,6 @@ impl Layout {
             }
         }
         stated
-    }
-
-    /// Puts every contact where the recordings alone seem to have it.
-    pub fn touch_as_guessed(&self, problem: &Problem, point: &mut Point) {
-        let contact = self.locals.iter().position(|coordinate| coordinate.role == Role::Contact);
-        for (local, recording) in point.locals.iter_mut().zip(&problem.recordings) {
-            if let Some(place) = contact {
-                local[place] = recording.contact_guess_s;
-            }
-        }
     }
 
     /// Deviation of the prior of a local coordinate in one recording: speeds have their own each.

@@ -7,8 +7,10 @@
 //!  offset   │  samples for a contact     │ it tells anything
 //! ```
 
+use nalgebra::{DMatrix, DVector};
 use thud_sim::rig::Quantity;
 
+use super::convention::{Convention, convention};
 use super::noise::Noise;
 use super::{DiagnosisError, Note};
 use crate::campaign::{Estimate, Loaded, Observed, Rig, RigKind};
@@ -23,6 +25,10 @@ const QUIET_S: f64 = 0.05;
 const FEWEST_PER_CONTACT: f64 = 8.0;
 /// Quiet time left out before the guessed contact, in contact times.
 const GUARD: f64 = 0.05;
+/// A beginning whose values scatter by more than this times the noise is not at rest.
+const LIVELIEST: f64 = 3.0;
+/// The median size of a Gaussian, in its deviation.
+const GAUSSIAN_MEDIAN: f64 = 0.6745;
 /// The most samples of a recording that are fitted.
 const MOST_SAMPLES: usize = 4_000;
 
@@ -127,7 +133,8 @@ impl Problem {
     #[must_use]
     pub fn noise_rms(&self) -> f64 {
         let seen: Vec<f64> = self.recordings.iter().filter_map(|recording| recording.raw.quiet_rms).collect();
-        if seen.is_empty() {
+        // A quantiser that swallows the noise shows none.
+        if seen.iter().all(|rms| *rms == 0.0) {
             return self.channels[0].noise.rms();
         }
         (seen.iter().map(|rms| rms * rms).sum::<f64>() / seen.len() as f64).sqrt()
@@ -155,7 +162,13 @@ impl Problem {
                 columns.push(other.to_owned());
             }
         }
+        let conventions: Vec<Convention> = columns.iter().map(|column| convention(loaded, column)).collect();
+        let comes: Vec<bool> = conventions
+            .iter()
+            .map(|convention| convention.quantity == Quantity::Position && campaign.rig.kind != RigKind::Fall)
+            .collect();
         let mut prepared = Vec::new();
+        let mut rebounds = 0;
         let mut quiet: Vec<Vec<Vec<f64>>> = vec![Vec::new(); columns.len()];
         let mut all_even = true;
         for (order, (entry, recording)) in campaign.recordings.iter().zip(&loaded.recordings).enumerate() {
@@ -178,6 +191,8 @@ impl Problem {
                 interval_s: recording.median_interval_s(),
                 contact_time_s: contact_time_s(&campaign.rig, entry.effective_mass_kg.value),
                 speed_m_per_s: entry.impact_speed_m_per_s.value,
+                stated_noise: campaign.chain.noise_rms,
+                comes: comes.clone(),
             };
             let file = entry.file.clone();
             let name = std::path::Path::new(&file).file_stem().map_or(file.clone(), |s| s.to_string_lossy().into());
@@ -196,6 +211,7 @@ impl Problem {
                 ));
             }
             all_even &= thinned.even;
+            rebounds += usize::from(thinned.kept < recording.times_s().len());
             for (stretches, stretch) in quiet.iter_mut().zip(std::mem::take(&mut thinned.quiet)) {
                 stretches.push(stretch);
             }
@@ -214,14 +230,20 @@ impl Problem {
                 offset_guess: thinned.offset_guess,
                 contact_time_s: raw.contact_time_s,
                 raw: Samples {
-                    times_s: recording.times_s().to_vec(),
-                    values: raw.channels[0].to_vec(),
+                    times_s: recording.times_s()[..thinned.kept].to_vec(),
+                    values: raw.channels[0][..thinned.kept].to_vec(),
                     quiet_rms: thinned.quiet_rms,
                 },
             });
         }
         if prepared.is_empty() {
             return Err(DiagnosisError::Nothing);
+        }
+        if rebounds > 0 {
+            notes.push(Note::general(&format!(
+                "{rebounds} recordings show the mass fall again after its first rebound; they are compared up to there, since when it comes \
+                 back magnifies every small loss"
+            )));
         }
         let thinned_by = prepared.iter().map(|recording| recording.series[0].len()).max().unwrap_or(0);
         if thinned_by < 20 {
@@ -236,13 +258,13 @@ impl Problem {
                 let stated = if number == 0 { campaign.chain.noise_rms } else { 0.0 };
                 let noise = Noise::of_quiet(&slices, all_even).unwrap_or_else(|| {
                     let seen = scatter(&prepared, number);
-                    let taken = stated.max(seen);
+                    let taken = stated.max(seen).max(quantum(&prepared, number) / 12.0_f64.sqrt());
                     notes.push(Note::general(&format!(
                         "{column}: too little quiet before contact to see the noise; taken as white, {taken:.3} rms (stated {stated}, scatter from sample to sample {seen:.3}). Begin recordings 50 ms before contact"
                     )));
                     Noise::stated(if taken > 0.0 { taken } else { spread(&prepared, number) * 1e-3 })
                 });
-                let (quantity, sign) = shown_by(column);
+                let Convention { quantity, sign } = conventions[number];
                 ChannelModel { column: column.clone(), quantity, sign, noise }
             })
             .collect();
@@ -251,21 +273,44 @@ impl Problem {
     }
 }
 
-/// Noise as the scatter of neighbouring samples shows it: the third difference of white noise has the variance 1 + 9 + 9 + 1, and
-/// of anything that is nearly a parabola over four samples nothing. The median, so that corners do not count.
+/// Noise as the scatter of neighbouring samples shows it, over all recordings.
 fn scatter(prepared: &[Prepared], channel: usize) -> f64 {
-    let mut differences: Vec<f64> = prepared
-        .iter()
-        .flat_map(|recording| recording.series[channel].windows(4))
+    third_differences(prepared.iter().map(|recording| recording.series[channel].as_slice()))
+}
+
+/// Least difference of two neighbouring values that is not zero: the step of a quantiser, where there is one.
+fn quantum(prepared: &[Prepared], channel: usize) -> f64 {
+    let differences =
+        prepared.iter().flat_map(|recording| recording.series[channel].windows(2)).map(|two| (two[1] - two[0]).abs());
+    let least = differences.filter(|difference| *difference > 0.0).fold(f64::INFINITY, f64::min);
+    if least.is_finite() { least } else { 0.0 }
+}
+
+/// The scatter of one stretch.
+fn steps(values: &[f64]) -> f64 {
+    third_differences(std::iter::once(values))
+}
+
+/// The third difference of white noise has the variance 1 + 9 + 9 + 1, and of anything that is nearly a parabola over four samples
+/// nothing. The median, so that corners do not count.
+fn third_differences<'a>(stretches: impl Iterator<Item = &'a [f64]>) -> f64 {
+    let differences: Vec<f64> = stretches
+        .flat_map(|stretch| stretch.windows(4))
         .map(|four| (four[3] - 3.0 * four[2] + 3.0 * four[1] - four[0]).abs())
         .collect();
-    if differences.is_empty() {
-        return 0.0;
-    }
-    let middle = differences.len() / 2;
-    let (_, median, _) = differences.select_nth_unstable_by(middle, f64::total_cmp);
-    // The median size of a Gaussian is 0.6745 of its deviation.
-    *median / 0.6745 / 20.0_f64.sqrt()
+    median(differences).map_or(0.0, |median| median / GAUSSIAN_MEDIAN / 20.0_f64.sqrt())
+}
+
+/// Middle and standard deviation of a stretch, as its medians tell them.
+fn rest(values: &[f64]) -> Option<(f64, f64)> {
+    let zero = median(values.to_vec())?;
+    let deviation = median(values.iter().map(|value| (value - zero).abs()).collect())?;
+    Some((zero, deviation / GAUSSIAN_MEDIAN))
+}
+
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 fn spread(prepared: &[Prepared], channel: usize) -> f64 {
@@ -274,17 +319,6 @@ fn spread(prepared: &[Prepared], channel: usize) -> f64 {
         .flat_map(|recording| &recording.series[channel])
         .fold(0.0, |most: f64, value| most.max(value.abs()))
         .max(1e-12)
-}
-
-/// What a column shows of the motion. A height counts upwards, the motion downwards; an acceleration is that of the moving body,
-/// which the rig slows down.
-fn shown_by(column: &str) -> (Quantity, f64) {
-    match column {
-        "displacement_m" => (Quantity::Position, 1.0),
-        "height_m" => (Quantity::Position, -1.0),
-        "acceleration_m_per_s2" => (Quantity::Acceleration, 1.0),
-        _ => (Quantity::CellForce, 1.0),
-    }
 }
 
 /// Half a period of the mass on the springs, s; in a fall there are none, and a tenth of a second stands for it.
@@ -302,9 +336,15 @@ struct Raw<'a> {
     interval_s: f64,
     contact_time_s: f64,
     speed_m_per_s: f64,
+    /// Noise of the observed channel as stated, in its unit.
+    stated_noise: f64,
+    /// Which channels move before contact: they show the position of what comes.
+    comes: Vec<bool>,
 }
 
 struct Thinned {
+    /// How many samples of the recording are compared, from its first.
+    kept: usize,
     times_s: Vec<f64>,
     series: Vec<Vec<f64>>,
     quiet: Vec<Vec<f64>>,
@@ -325,14 +365,10 @@ impl Raw<'_> {
         let fall = self.kind == RigKind::Fall;
         let rate = if fall { 200.0 } else { KEPT_RATE_HZ.max(SAMPLES_PER_CONTACT / self.contact_time_s) };
         let even = self.is_even();
-        let (from_s, to_s) = if fall {
-            (f64::NEG_INFINITY, f64::INFINITY)
-        } else {
-            // All that follows: a robot that goes on pushing comes back late.
-            (contact_guess_s - QUIET_S.max(self.contact_time_s), f64::INFINITY)
-        };
+        let from_s = if fall { f64::NEG_INFINITY } else { contact_guess_s - QUIET_S.max(self.contact_time_s) };
         let first = self.times_s.partition_point(|time| *time < from_s);
-        let last = self.times_s.partition_point(|time| *time <= to_s);
+        // All that follows, since a robot that goes on pushing comes back late; but not what a dropped mass does after its rebound.
+        let last = if self.kind == RigKind::Drop { self.second_fall(contact) } else { self.times_s.len() };
         let mut n = if even { (1.0 / (rate * self.interval_s)).floor().max(1.0) as usize } else { 1 };
         while (last - first) / n > MOST_SAMPLES {
             n += 1;
@@ -340,11 +376,17 @@ impl Raw<'_> {
         // Blocks are counted from the contact, so that quiet blocks hold no contact.
         let guard = (GUARD * per_contact).ceil() as usize + 1;
         let quiet_end = contact.saturating_sub(guard);
-        let offset_of = |channel: &[f64]| {
-            let stretch = &channel[..quiet_end.max(1)];
-            stretch.iter().sum::<f64>() / stretch.len() as f64
-        };
-        let offset_guess: Vec<f64> = self.channels.iter().map(|channel| offset_of(channel)).collect();
+        // What comes is at zero when it meets the rig; before, its noise is what is left of its way.
+        let rests: Vec<Vec<f64>> = self
+            .channels
+            .iter()
+            .zip(&self.comes)
+            .map(|(channel, comes)| {
+                let quiet = &channel[..quiet_end.max(1)];
+                if *comes { without_way(&self.times_s[..quiet.len()], quiet, contact_guess_s) } else { quiet.to_vec() }
+            })
+            .collect();
+        let offset_guess: Vec<f64> = rests.iter().map(|rest| rest.iter().sum::<f64>() / rest.len() as f64).collect();
         let blocks: Vec<usize> = (first..last).step_by(n).filter(|start| start + n <= last).collect();
         let whole = |start: &usize| {
             let lasts = self.times_s[start + n - 1] - self.times_s[*start];
@@ -355,6 +397,7 @@ impl Raw<'_> {
         // Noise is taken from all of the quiet time, in blocks of the same length.
         let quiet_blocks: Vec<usize> = (0..quiet_end).step_by(n).filter(|start| start + n <= quiet_end).collect();
         Some(Thinned {
+            kept: last,
             times_s: blocks.iter().map(|start| mean(self.times_s, *start)).collect(),
             series: self
                 .channels
@@ -364,15 +407,12 @@ impl Raw<'_> {
             quiet: if fall {
                 self.channels.iter().map(|_| Vec::new()).collect()
             } else {
-                self.channels
-                    .iter()
-                    .map(|channel| quiet_blocks.iter().map(|start| mean(channel, *start)).collect())
-                    .collect()
+                rests.iter().map(|rest| quiet_blocks.iter().map(|start| mean(rest, *start)).collect()).collect()
             },
             contact_guess_s,
             mean_of_s2: ((n * n - 1) as f64) * self.interval_s * self.interval_s / 24.0,
             quiet_rms: (quiet_end >= 12 && !fall).then(|| {
-                let stretch = &self.channels[0][..quiet_end];
+                let stretch = &rests[0][..quiet_end];
                 (stretch.iter().map(|value| (value - offset_guess[0]).powi(2)).sum::<f64>() / (quiet_end - 1) as f64)
                     .sqrt()
             }),
@@ -388,28 +428,175 @@ impl Raw<'_> {
         even as f64 >= 0.98 * (self.times_s.len() - 1) as f64
     }
 
-    /// Index of the last sample before the observed channel leaves its rest: the level is passed at a twentieth of the peak, or five
-    /// times the noise of the first samples, and a half sine tells how long before the contact was.
+    /// Index of the last sample before contact: the observed channel passes a level at a twentieth of its peak, or five times the
+    /// noise of the first samples, and a half sine tells how long before the contact was.
     fn contact(&self) -> Option<usize> {
+        if self.comes[0] {
+            return self.turning_point();
+        }
+        let passed = self.passed()?;
+        let contact_s = self.times_s[passed.first] - passed.before_s;
+        Some(self.times_s.partition_point(|time| *time <= contact_s).saturating_sub(1))
+    }
+
+    /// What comes turns half a contact after it has met the springs.
+    fn turning_point(&self) -> Option<usize> {
+        let farthest = (0..self.times_s.len()).max_by(|a, b| self.channels[0][*a].total_cmp(&self.channels[0][*b]))?;
+        let contact_s = self.times_s[farthest] - self.contact_time_s / 2.0;
+        Some(self.times_s.partition_point(|time| *time <= contact_s).saturating_sub(1))
+    }
+
+    /// Number of samples before a dropped mass meets the rig a second time: all, where it does not. Between two contacts the channel
+    /// is at rest for half a contact at least; a piece that rings on after the separation is not.
+    fn second_fall(&self, contact: usize) -> usize {
+        let all = self.times_s.len();
+        let Some(passed) = self.passed().filter(|_| !self.comes[0]) else { return all };
+        let beyond = |place: usize| {
+            let near = &self.channels[0][place..place + 3];
+            near.iter().filter(|value| (*value - passed.zero).abs() > passed.level).count() >= 2
+        };
+        let mut left_s = None;
+        for place in contact.max(passed.first)..all.saturating_sub(2) {
+            match (beyond(place), left_s) {
+                (true, Some(left_s)) if self.times_s[place] - left_s > self.contact_time_s / 2.0 => {
+                    let end_s = self.times_s[place] - 2.0 * passed.before_s - GUARD * self.contact_time_s;
+                    return self.times_s.partition_point(|time| *time < end_s);
+                }
+                (true, _) => left_s = None,
+                (false, None) => left_s = Some(self.times_s[place]),
+                (false, Some(_)) => {}
+            }
+        }
+        all
+    }
+
+    /// Where the observed channel leaves its rest.
+    fn passed(&self) -> Option<Passed> {
         let values = self.channels[0];
-        let head = (values.len() / 20).clamp(4, values.len());
-        let mut first: Vec<f64> = values[..head].to_vec();
-        first.sort_by(f64::total_cmp);
-        let zero = first[head / 2];
+        // A recording may begin just before contact: then fewer samples are at rest.
+        let mut head = (values.len() / 20).clamp(4, values.len().max(4)).min(values.len());
+        let (mut zero, mut noise) = rest(values.get(..head)?)?;
+        let highest = |zero: f64| values.iter().map(|value| (value - zero).abs()).fold(0.0, f64::max);
+        if 5.0 * noise > 0.5 * highest(zero) {
+            while noise > LIVELIEST * self.stated_noise.max(steps(&values[..head])) && head > 4 {
+                head = (head / 2).max(4);
+                (zero, noise) = rest(&values[..head])?;
+            }
+        }
         let deviation = |value: f64| (value - zero).abs();
-        first.sort_by(|a, b| deviation(*a).total_cmp(&deviation(*b)));
-        // The median deviation is 0.6745 standard deviations of Gaussian noise.
-        let noise = deviation(first[head / 2]) / 0.6745;
-        let peak = values.iter().map(|value| deviation(*value)).fold(0.0, f64::max);
+        let peak = highest(zero);
         let level = (0.05 * peak).max(5.0 * noise);
         if level >= peak || self.speed_m_per_s == 0.0 {
             return None;
         }
         // Two of three beyond the level: a spike is no contact.
-        let passed = (0..values.len().saturating_sub(2))
+        let first = (0..values.len().saturating_sub(2))
             .find(|place| values[*place..place + 3].iter().filter(|v| deviation(**v) > level).count() >= 2)?;
         let before_s = (level / peak).asin() * self.contact_time_s / std::f64::consts::PI;
-        let contact_s = self.times_s[passed] - before_s;
-        Some(self.times_s.partition_point(|time| *time <= contact_s).saturating_sub(1))
+        Some(Passed { first, zero, level, before_s })
+    }
+}
+
+/// Freed of the parabola of a steady or falling approach, up to its value at this instant.
+fn without_way(times_s: &[f64], positions: &[f64], at_s: f64) -> Vec<f64> {
+    if positions.len() < 8 {
+        return positions.to_vec();
+    }
+    let powers = DMatrix::from_fn(times_s.len(), 3, |row, power| (times_s[row] - at_s).powi(power as i32));
+    let values = DVector::from_column_slice(positions);
+    let Ok(way) = powers.clone().svd(true, true).solve(&values, 1e-12) else { return positions.to_vec() };
+    let rest = values - powers * &way;
+    rest.iter().map(|rest| rest + way[0]).collect()
+}
+
+/// The observed channel has left its rest.
+struct Passed {
+    /// Index of the first sample beyond the level.
+    first: usize,
+    /// Its rest, in its unit.
+    zero: f64,
+    /// The level, from the rest on.
+    level: f64,
+    /// How long a half sine takes from contact to the level, s.
+    before_s: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A half sine of 40 ms and 100 N at 10 kHz, and another one 0.2 s later, after this much rest; noise of ± 0.3 N.
+    fn two_pulses(rest_s: f64, count: usize) -> (Vec<f64>, Vec<f64>) {
+        let times: Vec<f64> = (0..count).map(|sample| sample as f64 * 1e-4).collect();
+        let pulse = |since: f64| {
+            if (0.0..0.04).contains(&since) { 100.0 * (since / 0.04 * std::f64::consts::PI).sin() } else { 0.0 }
+        };
+        let values = times
+            .iter()
+            .enumerate()
+            .map(|(sample, time)| pulse(time - rest_s) + pulse(time - rest_s - 0.2) + 0.3 * (sample as f64 * 2.4).sin())
+            .collect();
+        (times, values)
+    }
+
+    fn raw<'a>(kind: RigKind, times_s: &'a [f64], values: &'a [f64]) -> Raw<'a> {
+        Raw {
+            kind,
+            times_s,
+            channels: vec![values],
+            interval_s: 1e-4,
+            contact_time_s: 0.04,
+            speed_m_per_s: 0.5,
+            stated_noise: 0.2,
+            comes: vec![false],
+        }
+    }
+
+    /// Half a millisecond or a tenth of a second before contact.
+    #[test]
+    fn contact_is_found_however_short_the_rest_before_it() {
+        for rest_s in [0.0005, 0.002, 0.1] {
+            let (times, values) = two_pulses(rest_s, 1_500);
+            let found = times[raw(RigKind::Impact, &times, &values).contact().expect("a contact")];
+            assert!((found - rest_s).abs() < 1e-3, "{rest_s}: {found}");
+        }
+    }
+
+    #[test]
+    fn a_recording_of_a_few_samples_shows_no_contact() {
+        for count in 0..4 {
+            let (times, values) = two_pulses(0.0, count);
+            assert_eq!(raw(RigKind::Impact, &times, &values).contact(), None, "{count}");
+        }
+    }
+
+    /// A robot may come back and mean it; a dropped mass only falls again.
+    #[test]
+    fn a_drop_ends_before_its_second_fall() {
+        let (times, values) = two_pulses(0.1, 4_000);
+        let dropped = raw(RigKind::Drop, &times, &values).thin().expect("a contact");
+        let end_s = times[dropped.kept - 1];
+        assert!((0.28..0.3).contains(&end_s), "{end_s}");
+        assert!(dropped.times_s.iter().all(|time| *time <= end_s));
+        assert_eq!(raw(RigKind::Impact, &times, &values).thin().expect("a contact").kept, times.len());
+    }
+
+    /// What comes at 0.5 m/s, turns and goes: its way before contact is neither noise nor offset.
+    #[test]
+    fn the_way_of_what_comes_is_no_noise() {
+        let (times, noise) = two_pulses(1.0, 2_000);
+        let position: Vec<f64> = times
+            .iter()
+            .zip(&noise)
+            .map(|(time, noise)| {
+                let since = (time - 0.1).min(0.04);
+                let depth = 0.04 / std::f64::consts::PI * 0.5 * (since.max(0.0) / 0.04 * std::f64::consts::PI).sin();
+                0.03 + if since < 0.0 { 0.5 * since } else { depth - 0.5 * (time - 0.14).max(0.0) } + 1e-5 * noise
+            })
+            .collect();
+        let thinned = Raw { comes: vec![true], ..raw(RigKind::Impact, &times, &position) }.thin().expect("a contact");
+        assert!((thinned.contact_guess_s - 0.1).abs() < 1e-3, "{}", thinned.contact_guess_s);
+        assert!((thinned.offset_guess[0] - 0.03).abs() < 1e-3, "{:?}", thinned.offset_guess);
+        assert!(thinned.quiet_rms.is_some_and(|rms| (1e-6..4e-6).contains(&rms)), "{:?}", thinned.quiet_rms);
     }
 }

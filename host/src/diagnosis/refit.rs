@@ -6,8 +6,8 @@
 //! ```
 //!
 //! A score is a promise of a tangent, what the simulation makes of it is another opinion: half of the starts are chosen by the one,
-//! half by the other. Where the fit so far strains what was stated it imitates what is missing; then every start is tried once
-//! more beside what was stated. Where very much is left, mechanisms that promise nothing are tried at likely strengths.
+//! half by the other. Where the fit so far strains what was stated it imitates what is missing; then the best start of each mechanism
+//! is tried once more beside what was stated. Where very much is left, mechanisms that promise nothing are tried at likely strengths.
 
 use std::collections::HashSet;
 
@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use thud_sim::mechanism::{Mechanism, Scale, Search};
 
 use super::fit::{Effort, Fit, Part};
-use super::layout::{Entrant, Layout, Scope};
+use super::layout::{Entrant, Scope};
 use super::omnibus::Omnibus;
 use super::problem::Problem;
 use super::screen::{Screened, scale_strength};
@@ -41,7 +41,7 @@ impl Breadth {
     pub const INSTEAD: Self = Self { tried: 8, begun: 2, refitted: 6, starts: 1 };
 }
 
-/// Of those, how many until they converge.
+/// Of the refitted ones, how many until they converge.
 const FINISHED: usize = 4;
 /// And who was promised this part of what the best has gained by then.
 const PROMISING: f64 = 0.4;
@@ -61,6 +61,36 @@ const SILENT_STRENGTHS: u32 = 6;
 /// A score below this is not refitted.
 const LEAST_SCORE: f64 = 3.5;
 
+/// A mechanism in some recordings takes this much more off χ² than the same everywhere.
+const CLEARLY_MORE: f64 = 30.0;
+
+/// Where a refit begins.
+#[derive(Clone)]
+struct Start {
+    fit: Fit,
+    /// What its score promises to take off χ².
+    promised: f64,
+    effort: Effort,
+}
+
+/// Which mechanism, and whether everywhere: what is in some recordings only is tried beside what is in all.
+type Kind = (&'static str, bool);
+
+impl Start {
+    fn kind(&self) -> Kind {
+        kind(added(&self.fit))
+    }
+}
+
+/// The mechanism that was added last.
+fn added(fit: &Fit) -> &Entrant {
+    fit.layout.entrants.last().expect("a mechanism was added")
+}
+
+fn kind(entrant: &Entrant) -> Kind {
+    (entrant.effect.mechanism().id, entrant.scope == Scope::Everywhere)
+}
+
 /// Refits what scores best, best first.
 #[must_use]
 pub fn refit(
@@ -71,62 +101,66 @@ pub fn refit(
     breadth: Breadth,
     part: Part<'_>,
 ) -> Vec<Trial> {
-    // A score is a promise of a tangent; what the simulation makes of it is another opinion. Both have their say in turn.
-    let promised: Vec<(Fit, f64)> = promising(base, scores, breadth)
+    let begun = promising(base, scores, breadth)
         .par_iter()
-        .filter_map(|score| begin(problem, base, score, part).map(|fit| (fit, score.z * score.z)))
+        .filter_map(|score| {
+            let fit = begin(problem, base, score, part)?;
+            Some(Start { fit, promised: score.z * score.z, effort: Effort::BRIEF })
+        })
         .collect();
-    let mut by_cost: Vec<usize> = (0..promised.len()).collect();
-    by_cost.sort_by(|a, b| promised[*a].0.cost.total_cmp(&promised[*b].0.cost));
-    let id = |number: usize| {
-        let last = promised[number].0.layout.entrants.last();
-        last.map_or(("", false), |last| (last.effect.mechanism().id, last.scope == Scope::Everywhere))
-    };
-    let mut taken: Vec<usize> = Vec::new();
-    let mut mechanisms: HashSet<&str> = HashSet::new();
-    for (by_score, by_cost) in (0..promised.len()).zip(by_cost) {
-        for number in [by_score, by_cost] {
-            let of_same = taken.iter().filter(|other| id(**other) == id(number)).count();
-            let most = if id(number).1 { breadth.starts } else { 1 };
-            let room = mechanisms.len() < breadth.refitted || mechanisms.contains(id(number).0);
-            if !taken.contains(&number) && of_same < most && room {
-                mechanisms.insert(id(number).0);
-                taken.push(number);
-            }
-        }
-    }
-    let mut begun: Vec<(Fit, f64, Effort)> =
-        taken.iter().map(|number| (promised[*number].0.clone(), promised[*number].1, Effort::BRIEF)).collect();
+    let mut starts = in_turn(begun, breadth);
     // Where a belief is strained, the fit so far imitates what is missing and may be far from where it would be beside it.
     if base.strain() > STRAINED {
-        let mut once: HashSet<(&str, bool)> = HashSet::new();
-        let anew = taken.iter().filter(|number| once.insert(id(**number))).filter_map(|number| {
-            let layout = promised[*number].0.layout.clone();
-            let stated = layout.as_stated(&promised[*number].0.point);
-            Fit::at(problem, layout, stated, part).map(|fit| (fit, promised[*number].1, Effort::ANEW))
+        let mut once: HashSet<Kind> = HashSet::new();
+        let best_of_each = starts.iter().filter(|start| once.insert(start.kind()));
+        let anew = best_of_each.filter_map(|Start { fit, promised, .. }| {
+            let stated = fit.layout.as_stated(&fit.point);
+            let fit = Fit::at(problem, fit.layout.clone(), stated, part)?;
+            Some(Start { fit, promised: *promised, effort: Effort::ANEW })
         });
-        begun.extend(anew);
+        let anew: Vec<Start> = anew.collect();
+        starts.extend(anew);
     }
-    begun.extend(unpromised(problem, base, scores, rest, part).into_iter().map(|fit| (fit, 0.0, Effort::ANEW)));
-    let mut brief: Vec<(Trial, f64)> = begun
+    let silent = unpromised(problem, base, scores, rest, part);
+    starts.extend(silent.into_iter().map(|fit| Start { fit, promised: 0.0, effort: Effort::ANEW }));
+    finished(problem, base, starts, part)
+}
+
+/// Chooses among starts, given in the order of what they promise: the most promising and what the simulation makes most of, in turn.
+fn in_turn(begun: Vec<Start>, breadth: Breadth) -> Vec<Start> {
+    let mut by_cost: Vec<usize> = (0..begun.len()).collect();
+    by_cost.sort_by(|a, b| begun[*a].fit.cost.total_cmp(&begun[*b].fit.cost));
+    let mut taken: Vec<usize> = Vec::new();
+    let mut mechanisms: HashSet<&str> = HashSet::new();
+    for number in by_cost.into_iter().enumerate().flat_map(|(by_promise, by_cost)| [by_promise, by_cost]) {
+        let kind = begun[number].kind();
+        let of_same = taken.iter().filter(|other| begun[**other].kind() == kind).count();
+        let most = if kind.1 { breadth.starts } else { 1 };
+        let room = mechanisms.len() < breadth.refitted || mechanisms.contains(kind.0);
+        if !taken.contains(&number) && of_same < most && room {
+            mechanisms.insert(kind.0);
+            taken.push(number);
+        }
+    }
+    taken.into_iter().map(|number| begun[number].clone()).collect()
+}
+
+/// A few iterations each; then who leads, and who was promised to come near the best and has not yet, until they converge.
+fn finished(problem: &Problem, base: &Fit, starts: Vec<Start>, part: Part<'_>) -> Vec<Trial> {
+    let mut brief: Vec<(Trial, f64)> = starts
         .into_par_iter()
-        .filter_map(|(begun, promised, effort)| {
-            let fit = Fit::run(problem, begun.layout, begun.point, part, effort)?;
+        .filter_map(|Start { fit, promised, effort }| {
+            let fit = Fit::run(problem, fit.layout, fit.point, part, effort)?;
             Some((Trial::new(problem, fit), promised))
         })
         .collect();
     brief.sort_by(|a, b| a.0.bic.total_cmp(&b.0.bic));
-    let mut seen: Vec<(String, Scope)> = Vec::new();
+    let mut once: HashSet<(&str, Scope)> = HashSet::new();
     brief.retain(|(trial, _)| {
-        let Some(last) = trial.fit.layout.entrants.last() else { return false };
-        let key = (last.effect.mechanism().id.to_owned(), last.scope);
-        let new = !seen.contains(&key);
-        seen.push(key);
-        new
+        let added = added(&trial.fit);
+        once.insert((added.effect.mechanism().id, added.scope))
     });
-    // Who leads after a few iterations goes on, and so does who was promised to come near the best and has not yet.
-    let gained = |trial: &Trial| base.cost - trial.fit.cost;
-    let most = brief.first().map_or(0.0, |(trial, _)| gained(trial));
+    let most = brief.first().map_or(0.0, |(best, _)| base.cost - best.fit.cost);
     let mut trials: Vec<Trial> = brief
         .into_par_iter()
         .enumerate()
@@ -134,7 +168,7 @@ pub fn refit(
             if rank >= FINISHED && promised < PROMISING * most {
                 return Some(trial);
             }
-            let fit = Fit::run(problem, trial.fit.layout.clone(), trial.fit.point.clone(), part, Effort::FULL)?;
+            let fit = Fit::run(problem, trial.fit.layout, trial.fit.point, part, Effort::FULL)?;
             Some(Trial::new(problem, fit))
         })
         .collect();
@@ -168,12 +202,11 @@ fn unpromised(problem: &Problem, base: &Fit, scores: &[Screened], rest: Omnibus,
             let fits = strengths.filter_map(|strength| {
                 let mut effect = mechanism.typical();
                 effect.set_value(0, strength).ok()?;
-                let mut entrants = base.layout.entrants.clone();
-                entrants.push(Entrant::everywhere(effect));
-                let layout = Layout::new(problem, entrants);
-                let mut start = layout.as_stated(&layout.start_from(problem, &base.layout, &base.point));
-                layout.touch_as_guessed(problem, &mut start);
-                Fit::at(problem, layout, start, part)
+                let layout = base.layout.with(problem, Entrant::everywhere(effect));
+                let beside = layout.start_from(problem, &base.layout, &base.point);
+                let stated = layout.as_stated(&beside);
+                let fits = [beside, stated].map(|start| Fit::touching(problem, layout.clone(), start, part));
+                fits.into_iter().flatten().min_by(|a, b| a.cost.total_cmp(&b.cost))
             });
             fits.min_by(|a, b| a.cost.total_cmp(&b.cost))
         })
@@ -194,9 +227,10 @@ fn promising<'a>(base: &Fit, scores: &'a [Screened], breadth: Breadth) -> Vec<&'
     };
     let mut order: Vec<&Screened> = scores.iter().filter(|score| score.z >= LEAST_SCORE || relieves(score)).collect();
     order.sort_by(|a, b| b.z.total_cmp(&a.z));
-    let id = |score: &Screened| score.entrant.effect.mechanism().id;
-    let everywhere = |score: &Screened| score.entrant.scope == Scope::Everywhere;
+    let id = |score: &Screened| kind(&score.entrant).0;
+    let everywhere = |score: &Screened| kind(&score.entrant).1;
     let mut chosen: Vec<&Screened> = Vec::new();
+    let mut mechanisms: HashSet<&str> = HashSet::new();
     for score in &order {
         let of_same = || chosen.iter().filter(|other| id(other) == id(score));
         let take = if everywhere(score) {
@@ -205,39 +239,39 @@ fn promising<'a>(base: &Fit, scores: &'a [Screened], breadth: Breadth) -> Vec<&'
             // Only where it says clearly more than the same everywhere would.
             let same = order.iter().filter(|other| id(other) == id(score) && everywhere(other));
             let most = same.map(|other| other.z).fold(0.0, f64::max);
-            of_same().all(|other| everywhere(other)) && score.z * score.z > most * most + 30.0
+            of_same().all(|other| everywhere(other)) && score.z * score.z > most * most + CLEARLY_MORE
         };
-        if !take {
-            continue;
+        let room = mechanisms.len() < breadth.tried || mechanisms.contains(id(score));
+        if take && room {
+            mechanisms.insert(id(score));
+            chosen.push(score);
         }
-        if of_same().next().is_none()
-            && chosen.iter().map(|other| id(other)).collect::<HashSet<_>>().len() == breadth.tried
-        {
-            continue;
-        }
-        chosen.push(score);
     }
     chosen
 }
 
 /// Where a fit with one more mechanism begins: with the strength that its score tells, as much less of it as does not make
-/// everything worse at once, or as much more as helps more, and with the other coordinates as they were or as they need no longer imitate it. A score is a
-/// tangent; far along it the simulation may be elsewhere.
+/// everything worse at once, or as much more as helps more, and with the other coordinates as they were or as they need no longer
+/// imitate it. A score is a tangent; far along it the simulation may be elsewhere.
 fn begin(problem: &Problem, base: &Fit, score: &Screened, part: Part<'_>) -> Option<Fit> {
     let begun = |entrant: &Entrant| -> Option<Fit> {
-        let mut entrants = base.layout.entrants.clone();
-        entrants.push(entrant.clone());
-        let layout = Layout::new(problem, entrants);
+        let layout = base.layout.with(problem, entrant.clone());
         let starts = [&score.beside, &base.point].map(|point| layout.start_from(problem, &base.layout, point));
         let fits = starts.into_iter().filter_map(|start| Fit::at(problem, layout.clone(), start, part));
         fits.min_by(|a, b| a.cost.total_cmp(&b.cost))
     };
     let mut entrant = score.entrant.clone();
     let mut best = begun(&entrant);
+    // What makes everything worse may do so because a step at contact has passed the samples that it should begin between.
+    if let Some(worse) = best.as_ref().filter(|best| best.cost >= base.cost) {
+        let touching = Fit::touching(problem, worse.layout.clone(), worse.point.clone(), part);
+        best = touching.filter(|touching| touching.cost < worse.cost).or(best);
+    }
     let helps = |best: &Option<Fit>| best.as_ref().is_some_and(|best| best.cost < base.cost);
-    let times = if helps(&best) { LONGER } else { SHORTER };
+    let lengthened = helps(&best);
     for _ in 0..OTHER_STRENGTHS {
         let before = entrant.effect.clone();
+        let times = if lengthened { LONGER } else { SHORTER };
         if scale_strength(&mut entrant.effect, times).is_none() || entrant.effect == before {
             break;
         }
@@ -246,7 +280,8 @@ fn begin(problem: &Problem, base: &Fit, score: &Screened, part: Part<'_>) -> Opt
         if better {
             best = other;
         }
-        if if times > 1.0 { !better } else { helps(&best) } {
+        let enough = if lengthened { !better } else { helps(&best) };
+        if enough {
             break;
         }
     }

@@ -20,7 +20,7 @@ use thud_sim::mechanism::{Effect, Mechanism, Scale, Search};
 
 use super::candidate::Reach;
 use super::fit::{Fit, Imitation, Normal, Tangent, whiten};
-use super::layout::{Entrant, Layout, Point, Scope};
+use super::layout::{Entrant, Point, Scope};
 use super::predict;
 use super::problem::Problem;
 use super::subset::Subset;
@@ -295,9 +295,7 @@ fn instants(
 /// Whitened change of every recording when the mechanism enters, everything else as fitted.
 #[must_use]
 pub fn signature(problem: &Problem, fit: &Fit, entrant: &Entrant) -> Option<Vec<Vec<f64>>> {
-    let mut entrants = fit.layout.entrants.clone();
-    entrants.push(entrant.clone());
-    let layout = Layout::new(problem, entrants);
+    let layout = fit.layout.with(problem, entrant.clone());
     let point = layout.start_from(problem, &fit.layout, &fit.point);
     (0..problem.recordings.len())
         .map(|recording| {

@@ -7,6 +7,7 @@
 //! BIC = χ² + p·ln N, N whitened samples, p parameters of the mechanisms (G. Schwarz, Ann. Stat. 6 (1978) 461); a mechanism
 //! that acts in some recordings only pays for the choice as well.
 
+use nalgebra::DVector;
 use statrs::function::factorial::ln_binomial;
 use thud_sim::mechanism::Mechanism;
 
@@ -30,10 +31,13 @@ const FURTHER: f64 = 0.025;
 pub const WITHIN_REACH: f64 = 10.0;
 /// A baseline that is this much worse than it could be has not converged.
 const UNCONVERGED: f64 = 1.0;
-/// How often a model grows again after one of its mechanisms was exchanged for a better one.
+/// How often a model grows and its mechanisms are exchanged for better ones.
 const ROUNDS: usize = 2;
+/// The most exchanges in a round.
+const MOST_EXCHANGES: usize = 2;
 /// The most mechanisms in one model.
 const MOST_MECHANISMS: usize = 3;
+
 /// A model that was fitted, with what it costs.
 #[derive(Clone, Debug)]
 pub struct Trial {
@@ -54,6 +58,8 @@ pub struct Standing {
     pub rest: Omnibus,
     /// What one recording alone says against it.
     pub alone: Alone,
+    /// The models without each of its mechanisms, refitted; `None` where that cannot be simulated.
+    pub fewer: Vec<Option<Trial>>,
 }
 
 /// What the selection came to.
@@ -69,6 +75,8 @@ pub struct Selection {
     pub best: Trial,
     /// Derivatives there.
     pub tangent: Tangent,
+    /// Standard deviations of its global coordinates; `None` where they cannot be told.
+    pub deviations: Option<DVector<f64>>,
     /// Whether it leaves a rest.
     pub rest: Omnibus,
     /// What one recording alone says against it.
@@ -126,19 +134,31 @@ pub fn penalty(problem: &Problem, layout: &Layout) -> f64 {
 
 impl Standing {
     fn of(problem: &Problem, trial: Trial, part: Part<'_>) -> Option<Self> {
+        let fewer = (0..trial.fit.layout.entrants.len()).map(|place| without(problem, &trial, place, part)).collect();
         let tangent = trial.fit.tangent(problem, part)?;
         let rest = omnibus(problem, &trial.fit, &tangent);
         let alone = alone(problem, &trial.fit);
-        Some(Self { trial, tangent, rest, alone })
+        Some(Self { trial, tangent, rest, alone, fewer })
     }
 
     fn mechanisms(&self) -> usize {
         self.trial.fit.layout.entrants.len()
     }
 
+    fn has_the_mechanisms_of(&self, other: &Self) -> bool {
+        let (these, others) = (&self.trial.fit.layout.entrants, &other.trial.fit.layout.entrants);
+        these.len() == others.len() && these.iter().zip(others).all(|(this, other)| this.is_same_as(other))
+    }
+
     /// Whether what it leaves is more than noise and traces of the usual imperfections.
     fn asks(&self) -> bool {
         self.rest.z() > SIGNIFICANT || self.alone.p_value < UNLIKELY
+    }
+
+    /// By how much χ² grows without each of its mechanisms.
+    fn worth(&self) -> Vec<f64> {
+        let cost = self.trial.fit.cost;
+        self.fewer.iter().map(|fewer| fewer.as_ref().map_or(f64::INFINITY, |fewer| fewer.fit.cost - cost)).collect()
     }
 }
 
@@ -153,31 +173,29 @@ pub fn select(
 ) -> Option<Selection> {
     let all: Vec<usize> = (0..problem.recordings.len()).collect();
     let retuned = Standing::of(problem, Trial::new(problem, baseline), &all)?;
-    let mut selecting = Selecting {
-        problem,
-        mechanisms,
-        lines_hz,
-        part: &all,
-        retuned,
-        screened: Vec::new(),
-        rivals: Vec::new(),
-        worth: Vec::new(),
-    };
+    let mut selecting =
+        Selecting { problem, mechanisms, lines_hz, part: &all, retuned, screened: Vec::new(), rivals: Vec::new() };
     let mut here = selecting.retuned.clone();
-    for _ in 0..ROUNDS {
+    for round in 0..ROUNDS {
+        let before = here.clone();
         here = selecting.grow(here, progress)?;
-        selecting.worth = vec![selecting.gained(&here.trial); here.mechanisms()];
-        if here.mechanisms() < 2 {
+        let settled = round > 0 && here.has_the_mechanisms_of(&before);
+        if settled || here.mechanisms() < 2 {
             break;
         }
         progress("is each of them needed");
-        let Some(better) = selecting.exchanged(&here) else { break };
-        here = Standing::of(problem, better, &all)?;
+        let grown = here.clone();
+        here = selecting.exchanged(here)?;
+        if here.has_the_mechanisms_of(&grown) {
+            break;
+        }
     }
-    let Selecting { retuned, screened, rivals, worth, .. } = selecting;
-    let Standing { trial: best, tangent, rest, alone } = here;
+    let Selecting { retuned, screened, rivals, .. } = selecting;
+    let worth = here.worth();
+    let Standing { trial: best, tangent, rest, alone, .. } = here;
+    let deviations = tangent.normal(0.0).map(|normal| normal.global_deviations());
     let (baseline, baseline_tangent) = (retuned.trial.fit, retuned.tangent);
-    Some(Selection { baseline, baseline_tangent, screened, best, tangent, rest, alone, rivals, worth })
+    Some(Selection { baseline, baseline_tangent, screened, best, tangent, deviations, rest, alone, rivals, worth })
 }
 
 /// A selection under way.
@@ -190,7 +208,6 @@ struct Selecting<'a> {
     /// Scores against the baseline.
     screened: Vec<Screened>,
     rivals: Vec<(usize, Trial)>,
-    worth: Vec<f64>,
 }
 
 impl Selecting<'_> {
@@ -205,7 +222,7 @@ impl Selecting<'_> {
         while here.mechanisms() < MOST_MECHANISMS {
             let number = here.mechanisms();
             progress(if number == 0 { "which mechanism" } else { "is there another" });
-            let scores = self.scores(&here, &here.trial.fit);
+            let scores = self.scores(&here.trial.fit, &here.tangent, &here.trial.fit);
             if number == 0 {
                 self.screened.clone_from(&scores);
             }
@@ -220,24 +237,21 @@ impl Selecting<'_> {
                 }
                 break;
             }
+            let larger = Standing::of(self.problem, next.clone(), self.part)?;
             // What falls without the mechanism as well is the baseline's, which had not converged.
             if number == 0
-                && let Some(again) = without(self.problem, next, 0, self.part)
+                && let [Some(again)] = larger.fewer.as_slice()
                 && again.fit.cost < here.trial.fit.cost - UNCONVERGED
             {
-                here = Standing::of(self.problem, again, self.part)?;
+                here = Standing::of(self.problem, again.clone(), self.part)?;
                 self.retuned = here.clone();
                 continue;
             }
-            let mut larger = next.clone();
-            if number > 0 {
-                self.drop_unneeded(&mut larger);
-                if larger.fit.layout.entrants.len() <= number {
-                    self.rivals.clear();
-                    return Standing::of(self.problem, larger, self.part);
-                }
+            let larger = self.needed(larger)?;
+            if larger.mechanisms() <= number {
+                self.rivals.clear();
+                return Some(larger);
             }
-            let larger = Standing::of(self.problem, larger, self.part)?;
             // Three that still leave a rest are no explanation: with enough of them anything bends to anything.
             if larger.mechanisms() > 2 && larger.asks() {
                 break;
@@ -248,45 +262,56 @@ impl Selecting<'_> {
         Some(here)
     }
 
-    /// Refits the others in the place of each mechanism; a better model, if there is one.
-    fn exchanged(&mut self, here: &Standing) -> Option<Trial> {
-        let best = &here.trial;
+    /// Refits the others in the place of each mechanism and takes what is better, until nothing is. What was exchanged comes last.
+    fn exchanged(&mut self, from: Standing) -> Option<Standing> {
         self.rivals.clear();
-        self.worth.clear();
-        for place in 0..here.mechanisms() {
-            let fewer = without(self.problem, best, place, self.part);
-            self.worth.push(fewer.as_ref().map_or(f64::INFINITY, |fewer| fewer.fit.cost - best.fit.cost));
-            let fewer = fewer.and_then(|fewer| Standing::of(self.problem, fewer, self.part));
-            let stand_ins = fewer.map(|fewer| {
-                let scores = self.scores(&fewer, &best.fit);
-                refit(self.problem, &fewer.trial.fit, &scores, fewer.rest, Breadth::INSTEAD, self.part)
-            });
-            self.rivals.extend(stand_ins.into_iter().flatten().map(|trial| (place, trial)));
+        let mut here = from;
+        let last = here.mechanisms() - 1;
+        for exchange in 0..=MOST_EXCHANGES {
+            // What was exchanged has had its rivals.
+            for place in 0..if exchange == 0 { last + 1 } else { last } {
+                let stand_ins = self.stand_ins(&here, place);
+                self.rivals.extend(stand_ins.into_iter().map(|trial| (place, trial)));
+            }
+            let better = self.rivals.iter().filter(|(_, trial)| trial.bic < here.trial.bic - 1.0);
+            let best = better.min_by(|a, b| a.1.bic.total_cmp(&b.1.bic)).cloned();
+            let Some((place, trial)) = best.filter(|_| exchange < MOST_EXCHANGES) else { break };
+            self.rivals.retain(|(of, other)| *of == place && other.bic > trial.bic);
+            self.rivals.push((place, here.trial));
+            self.rivals.iter_mut().for_each(|(of, _)| *of = last);
+            here = Standing::of(self.problem, trial, self.part)?;
         }
-        let better = self.rivals.iter().filter(|(_, trial)| trial.bic < best.bic - 1.0);
-        let (place, trial) = better.min_by(|a, b| a.1.bic.total_cmp(&b.1.bic)).cloned()?;
-        self.rivals.retain(|(of, other)| *of == place && other.bic > trial.bic);
-        self.rivals.push((place, best.clone()));
-        Some(trial)
+        Some(here)
     }
 
-    /// Scores beside a model, of all mechanisms that another one has not.
-    fn scores(&self, here: &Standing, without: &Fit) -> Vec<Screened> {
-        let fit = &here.trial.fit;
+    /// The others, each refitted in the place of one mechanism.
+    fn stand_ins(&self, here: &Standing, place: usize) -> Vec<Trial> {
+        let Some(fewer) = here.fewer[place].as_ref().map(|fewer| &fewer.fit) else { return Vec::new() };
+        let Some(tangent) = fewer.tangent(self.problem, self.part) else { return Vec::new() };
+        let rest = omnibus(self.problem, fewer, &tangent);
+        let scores = self.scores(fewer, &tangent, &here.trial.fit);
+        refit(self.problem, fewer, &scores, rest, Breadth::INSTEAD, self.part)
+    }
+
+    /// Scores beside a fit, of all mechanisms that another one has not.
+    fn scores(&self, fit: &Fit, tangent: &Tangent, other: &Fit) -> Vec<Screened> {
         let reach = Reach::of(self.problem, (self.lines_hz)(fit));
-        screen(self.problem, fit, &here.tangent, &reach, &remaining(self.mechanisms, without))
+        screen(self.problem, fit, tangent, &reach, &remaining(self.mechanisms, other))
     }
 
-    fn drop_unneeded(&self, best: &mut Trial) {
-        let gained = self.gained(best);
-        while best.fit.layout.entrants.len() > 1 {
-            let places = 0..best.fit.layout.entrants.len();
-            let smaller = places.filter_map(|place| without(self.problem, best, place, self.part));
-            match smaller.min_by(|a, b| a.bic.total_cmp(&b.bic)) {
-                Some(trial) if trial.bic < best.bic + ENOUGH + FURTHER * gained => *best = trial,
+    /// The model with only those of its mechanisms that are needed beside the others.
+    fn needed(&self, mut here: Standing) -> Option<Standing> {
+        let enough = ENOUGH + FURTHER * self.gained(&here.trial);
+        while here.mechanisms() > 1 {
+            let smaller = here.fewer.iter().flatten().min_by(|a, b| a.bic.total_cmp(&b.bic));
+            match smaller {
+                Some(trial) if trial.bic < here.trial.bic + enough => {
+                    here = Standing::of(self.problem, trial.clone(), self.part)?;
+                }
                 _ => break,
             }
         }
+        Some(here)
     }
 }
 
@@ -297,11 +322,8 @@ fn remaining(mechanisms: &[&'static Mechanism], fit: &Fit) -> Vec<&'static Mecha
 }
 
 /// The model without the mechanism in one place.
-#[must_use]
-pub fn without(problem: &Problem, trial: &Trial, place: usize, part: Part<'_>) -> Option<Trial> {
-    let mut entrants = trial.fit.layout.entrants.clone();
-    entrants.remove(place);
-    let layout = Layout::new(problem, entrants);
+fn without(problem: &Problem, trial: &Trial, place: usize, part: Part<'_>) -> Option<Trial> {
+    let layout = trial.fit.layout.without(problem, place);
     let start = layout.start_from(problem, &trial.fit.layout, &trial.fit.point);
     Fit::run(problem, layout, start, part, Effort::FULL).map(|fit| Trial::new(problem, fit))
 }

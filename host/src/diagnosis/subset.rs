@@ -5,7 +5,7 @@ const MOST: usize = 256;
 const BITS: usize = u64::BITS as usize;
 
 /// A set of recordings, by number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub struct Subset([u64; MOST / BITS]);
 
 impl Subset {

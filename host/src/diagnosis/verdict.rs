@@ -89,7 +89,7 @@ pub struct Unlikely {
 #[must_use]
 pub fn unlikely(selection: &Selection, place: usize) -> Option<Unlikely> {
     let fit = &selection.best.fit;
-    let deviations = selection.tangent.normal(0.0)?.global_deviations();
+    let deviations = selection.deviations.as_ref()?;
     let parameters = fit.layout.entrants.get(place)?.effect.mechanism().parameters;
     let globals = fit.layout.globals.iter().zip(&fit.point.globals).zip(deviations.iter());
     globals

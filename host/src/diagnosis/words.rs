@@ -210,7 +210,7 @@ fn strength_in_deviations(diagnosis: &Diagnosis, place: usize) -> Option<f64> {
     let fit = &selection.best.fit;
     let role = Role::Mechanism { entrant: place, place: 0 };
     let global = fit.layout.globals.iter().position(|coordinate| coordinate.role == role)?;
-    let sd = selection.tangent.normal(0.0)?.global_deviations()[global];
+    let sd = selection.deviations.as_ref()?[global];
     let parameter = &fit.layout.entrants[place].effect.mechanism().parameters[0];
     // In the logarithm a relative deviation: one over it is the strength in its own deviations.
     let distance = match parameter.scale {

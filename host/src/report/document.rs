@@ -19,7 +19,8 @@ figure { margin: 1.2rem 0 } figure svg { width: 100%; height: auto } figcaption 
 ";
 
 /// A document of a title and a body, with the styles that it has beyond the shared ones.
-pub(crate) fn document(title: &str, styles: &[&str], body: &Markup) -> String {
+#[must_use]
+pub fn document(title: &str, styles: &[&str], body: &Markup) -> String {
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -33,4 +34,12 @@ pub(crate) fn document(title: &str, styles: &[&str], body: &Markup) -> String {
         }
     }
     .into_string()
+}
+
+/// What the words of a page mean, at its end.
+pub(crate) fn glossary(words: &[(&str, &str)]) -> Markup {
+    html! {
+        h2 { "What the words mean" }
+        dl { @for (word, meaning) in words { dt { (word) } dd { (meaning) } } }
+    }
 }

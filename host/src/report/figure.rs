@@ -1,8 +1,9 @@
 //! Force over time as SVG: lines that differ in weight and dash, bands, and marks with words on them.
 
-use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use super::plot::{Area, Axes, FONT, Failure, svg};
 
 /// How a line is drawn, and so what it means in every figure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,35 +75,26 @@ pub(super) struct Figure {
 const GREY: RGBColor = RGBColor(125, 125, 125);
 const WINDOW: RGBColor = RGBColor(244, 244, 241);
 const GUARD: RGBColor = RGBColor(222, 222, 218);
-const FONT: &str = "sans-serif";
 const ROW: i32 = 15;
-
-type Failure = DrawingAreaErrorKind<std::io::Error>;
 
 impl Figure {
     /// The figure as an SVG element.
     pub(super) fn svg(&self) -> String {
-        let mut text = String::new();
-        {
-            let area = SVGBackend::with_string(&mut text, self.size).into_drawing_area();
-            // Drawing into a string does not fail; should it, the page says so instead of the tool stopping.
-            if let Err(error) = self.draw(&area) {
-                return format!("<p>This figure could not be drawn: {error}.</p>");
-            }
-        }
-        text
+        svg(self.size, |area| self.draw(area))
     }
 
-    fn draw(&self, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), Failure> {
-        area.fill(&WHITE)?;
+    fn draw(&self, area: &Area<'_>) -> Result<(), Failure> {
         let rows = self.instants.iter().map(|instant| instant.row + 1).max().unwrap_or(0);
-        let mut chart = ChartBuilder::on(area)
-            .margin(8)
-            .margin_top(10 + rows * ROW)
-            .margin_right(18)
-            .x_label_area_size(40)
-            .y_label_area_size(58)
-            .build_cartesian_2d(self.x.0..self.x.1, self.y.0..self.y.1)?;
+        let axes = Axes {
+            x: self.x,
+            y: self.y,
+            x_words: Some(self.x_label),
+            y_words: self.y_label,
+            ticks: (9, 8),
+            font: 13,
+            top: 10 + rows * ROW,
+        };
+        let mut chart = axes.empty(area)?;
         let inside = |x: f64| x.clamp(self.x.0, self.x.1);
         if let Some((from, to, _)) = self.window {
             let shade = Rectangle::new([(inside(from), self.y.0), (inside(to), self.y.1)], WINDOW.filled());
@@ -116,40 +108,28 @@ impl Figure {
                 }
             }
         }
-        chart
-            .configure_mesh()
-            .light_line_style(TRANSPARENT)
-            .bold_line_style(RGBColor(230, 230, 230))
-            .axis_style(BLACK)
-            .x_labels(9)
-            .y_labels(8)
-            .x_desc(self.x_label)
-            .y_desc(self.y_label)
-            .x_label_formatter(&|value| tick(*value, self.x.1 - self.x.0))
-            .y_label_formatter(&|value| tick(*value, self.y.1 - self.y.0))
-            .label_style((FONT, 13))
-            .axis_desc_style((FONT, 14))
-            .draw()?;
+        axes.draw(&mut chart)?;
         for line in &self.lines {
-            let points: Vec<(f64, f64)> =
-                line.points.iter().copied().filter(|(x, _)| (self.x.0..=self.x.1).contains(x)).collect();
-            match line.stroke {
-                Stroke::Raw => {
-                    chart.draw_series(LineSeries::new(points, GREY.stroke_width(1)))?;
-                }
-                Stroke::Judged => {
-                    chart.draw_series(LineSeries::new(points, BLACK.stroke_width(3)))?;
-                }
-                Stroke::Truth => {
-                    chart.draw_series(DashedLineSeries::new(points, 2, 4, BLACK.stroke_width(2)))?;
-                }
-                Stroke::Samples => {
-                    // A dot on the frame would look like a value that is not.
-                    let inside = points.into_iter().filter(|(_, y)| (self.y.0..=self.y.1).contains(y));
-                    chart.draw_series(inside.map(|point| Circle::new(point, 2, BLACK.filled())))?;
+            // What lies outside would be drawn on the frame, as a value that is not.
+            for points in self.runs(&line.points) {
+                let points = points.iter().copied();
+                match line.stroke {
+                    Stroke::Raw => {
+                        chart.draw_series(LineSeries::new(points, GREY.stroke_width(1)))?;
+                    }
+                    Stroke::Judged => {
+                        chart.draw_series(LineSeries::new(points, BLACK.stroke_width(3)))?;
+                    }
+                    Stroke::Truth => {
+                        chart.draw_series(DashedLineSeries::new(points, 2, 4, BLACK.stroke_width(2)))?;
+                    }
+                    Stroke::Samples => {
+                        chart.draw_series(points.map(|point| Circle::new(point, 2, BLACK.filled())))?;
+                    }
                 }
             }
         }
+        let mut labels: Vec<Word> = Vec::new();
         for level in &self.levels {
             let ends = [(inside(level.from), level.value), (inside(level.to), level.value)];
             if !(self.y.0..=self.y.1).contains(&level.value) || ends[0].0 >= ends[1].0 {
@@ -159,6 +139,8 @@ impl Figure {
             let style = (FONT, 13).into_font().color(&BLACK).pos(Pos::new(HPos::Right, VPos::Bottom));
             let place = EmptyElement::at(ends[1]) + Text::new(level.label.clone(), (-4, -3), style);
             chart.draw_series(std::iter::once(place))?;
+            let (x, y) = chart.backend_coord(&ends[1]);
+            labels.push(Word { x: (x - 4 - width(&level.label), x - 4), y: (y - 3 - HEIGHT, y - 3) });
         }
         if let Some((from, to, name)) = self.window
             && inside(to) > inside(from)
@@ -173,12 +155,15 @@ impl Figure {
             }
             let foot = if instant.tick { self.y.1 - 0.08 * (self.y.1 - self.y.0) } else { self.y.0 };
             let ends = [(instant.at, foot), (instant.at, self.y.1)];
+            let (x, top) = chart.backend_coord(&(instant.at, self.y.1));
             if instant.truth {
                 chart.draw_series(DashedLineSeries::new(ends, 2, 4, BLACK.stroke_width(1)))?;
             } else {
-                chart.draw_series(LineSeries::new(ends, BLACK.stroke_width(1)))?;
+                let (_, foot) = chart.backend_coord(&ends[0]);
+                for (from, to) in around(&labels, x, (top, foot)) {
+                    area.draw(&PathElement::new(vec![(x, from), (x, to)], BLACK.stroke_width(1)))?;
+                }
             }
-            let (x, top) = chart.backend_coord(&(instant.at, self.y.1));
             let right = (instant.at - self.x.0) > 0.7 * (self.x.1 - self.x.0);
             let side = if right { HPos::Right } else { HPos::Left };
             let style = (FONT, 13).into_font().color(&BLACK).pos(Pos::new(side, VPos::Bottom));
@@ -190,32 +175,67 @@ impl Figure {
         }
         for spot in &self.spots {
             let style = (FONT, 13).into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center));
-            let height = |at: (f64, f64)| chart.backend_coord(&at).1;
-            let levels: Vec<i32> = self.levels.iter().map(|level| height((level.to, level.value))).collect();
+            let levels: Vec<i32> =
+                self.levels.iter().map(|level| chart.backend_coord(&(level.to, level.value)).1).collect();
+            let (x, y) = chart.backend_coord(&spot.at);
+            let shift = clear((x + 9, x + 9 + width(&spot.label)), y, &levels, &labels);
             let place = EmptyElement::at(spot.at)
                 + Circle::new((0, 0), 4, BLACK.stroke_width(2))
-                + Text::new(spot.label.clone(), (9, clear(height(spot.at), &levels)), style);
+                + Text::new(spot.label.clone(), (9, shift), style);
             chart.draw_series(std::iter::once(place))?;
         }
-        area.present()
+        Ok(())
+    }
+
+    /// The stretches of a line that lie inside the frame.
+    fn runs<'a>(&self, points: &'a [(f64, f64)]) -> impl Iterator<Item = &'a [(f64, f64)]> {
+        let (across, up) = (self.x, self.y);
+        let inside = move |(x, y): &(f64, f64)| (across.0..=across.1).contains(x) && (up.0..=up.1).contains(y);
+        points.chunk_by(move |a, b| inside(a) == inside(b)).filter(move |run| inside(&run[0]))
     }
 }
 
-/// How far from a spot its word stands, downward in pixels like all heights here: where no level runs through it.
-fn clear(spot: i32, levels: &[i32]) -> i32 {
-    /// Half the height of a word, and a little.
-    const HALF: i32 = 9;
-    let free = |shift: &i32| levels.iter().all(|level| (spot + shift - level).abs() > HALF);
-    [-9, 11, -28, 30].into_iter().find(free).unwrap_or(-9)
+/// Height of a word, pixels.
+const HEIGHT: i32 = 13;
+
+/// Where a word stands: from left to right and from top to foot, in pixels, downward.
+#[derive(Clone, Copy, Debug)]
+struct Word {
+    x: (i32, i32),
+    y: (i32, i32),
 }
 
-/// A tick's number with the digits that its axis needs.
-pub(crate) fn tick(value: f64, span: f64) -> String {
-    let decimals = (2.0 - span.abs().log10()).ceil().clamp(0.0, 7.0) as usize;
-    let text = format!("{value:.decimals$}");
-    // Ticks are round: trailing zeros say nothing.
-    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text };
-    if text == "-0" { "0".to_owned() } else { text }
+/// About how wide a word is, pixels: the reader's font is not known here.
+fn width(word: &str) -> i32 {
+    6 * word.chars().count() as i32
+}
+
+/// An upright line's parts that run through no word, from its top down.
+fn around(words: &[Word], x: i32, (top, foot): (i32, i32)) -> Vec<(i32, i32)> {
+    let mut hit: Vec<Word> = words.iter().copied().filter(|word| (word.x.0..=word.x.1).contains(&x)).collect();
+    hit.sort_by_key(|word| word.y.0);
+    let mut parts = Vec::new();
+    let mut from = top;
+    for word in hit {
+        parts.push((from, word.y.0.min(foot)));
+        from = from.max(word.y.1);
+    }
+    parts.push((from, foot));
+    parts.retain(|(from, to)| from < to);
+    parts
+}
+
+/// How far from a spot its word stands, downward: where no level runs through it and no level's word stands.
+fn clear(x: (i32, i32), spot: i32, levels: &[i32], words: &[Word]) -> i32 {
+    /// Half the height of a word, and a little.
+    const HALF: i32 = 9;
+    let beside = |shift: i32, word: &Word| {
+        x.1 < word.x.0 || word.x.1 < x.0 || spot + shift + HEIGHT / 2 < word.y.0 || word.y.1 < spot + shift - HEIGHT / 2
+    };
+    let free = |shift: &i32| {
+        levels.iter().all(|level| (spot + shift - level).abs() > HALF) && words.iter().all(|word| beside(*shift, word))
+    };
+    [-9, 11, -28, 30].into_iter().find(free).unwrap_or(-9)
 }
 
 #[cfg(test)]
@@ -223,10 +243,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_word_stands_where_no_level_runs_through_it() {
-        assert_eq!(clear(100, &[]), -9);
-        assert_eq!(clear(100, &[95]), 11, "the level just above the spot");
-        assert_eq!(clear(100, &[91, 112]), -28, "one above and one below");
-        assert_eq!(clear(100, &[300]), -9);
+    fn a_word_stands_where_nothing_runs_through_it() {
+        let clear = |levels: &[i32], words: &[Word]| clear((50, 120), 100, levels, words);
+        assert_eq!(clear(&[], &[]), -9);
+        assert_eq!(clear(&[95], &[]), 11, "the level just above the spot");
+        assert_eq!(clear(&[91, 112], &[]), -28, "one above and one below");
+        assert_eq!(clear(&[300], &[]), -9);
+        assert_eq!(clear(&[], &[Word { x: (100, 300), y: (84, 97) }]), 11, "a level's word");
+        assert_eq!(clear(&[], &[Word { x: (130, 300), y: (84, 97) }]), -9, "the same, further right");
+    }
+
+    #[test]
+    fn an_upright_line_leaves_words_out() {
+        let word = Word { x: (50, 120), y: (40, 53) };
+        assert_eq!(around(&[word], 80, (10, 200)), [(10, 40), (53, 200)]);
+        assert_eq!(around(&[word], 130, (10, 200)), [(10, 200)]);
+        assert_eq!(around(&[word], 80, (45, 200)), [(53, 200)], "the word covers its top");
     }
 }

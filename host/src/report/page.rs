@@ -5,7 +5,7 @@ use thud_firmware::configuration::Configuration;
 use thud_firmware::event::{Event, Verdict};
 
 use super::curve::thinned;
-use super::document::document;
+use super::document::{document, glossary};
 use super::figure::{Figure, Instant, Level, Line, Spot, Stroke};
 use super::{ImpactReport, Report, sheet, words};
 
@@ -26,7 +26,7 @@ pub fn page(report: &Report) -> String {
         @for impact in &report.impacts { (impact_section(impact, &report.configuration)) }
         @if let Some(closing) = &report.closing { (closing) }
         (sheet::configuration(&report.configuration))
-        (glossary())
+        (words_meant())
     };
     document(&report.title, &[], &body)
 }
@@ -326,17 +326,23 @@ fn legend(with_truth: bool, with_limit: bool) -> Markup {
     }
 }
 
-fn glossary() -> Markup {
-    html! {
-        h2 { "Words" }
-        dl {
-            dt { "contact instant" } dd { "When the robot first touched, reckoned back from the rise of the force to where it was zero." }
-            dt { "raw peak" } dd { "The largest force as measured, between samples." }
-            dt { "judged peak" } dd { "The largest force behind the verdict filter, which takes away what is too fast to matter." }
-            dt { "impulse" } dd { "The force added up over the contact: the momentum that the robot lost." }
-            dt { "S" } dd { "√(m_H / (m_H + m_R)): a fixed rig is hit harder than a person who can recoil. S brings the reading to the person; the pad of the rig is never credited." }
-            dt { "transient, quasi-static" } dd { "The first 0.5 s of a contact, and what is left of it after that. Each has its own limit." }
-            dt { "guard band" } dd { "Within the uncertainty of a limit nothing is certain: there the verdict is inconclusive." }
-        }
-    }
+fn words_meant() -> Markup {
+    glossary(&[
+        (
+            "contact instant",
+            "When the robot first touched, reckoned back from the rise of the force to where it was zero.",
+        ),
+        ("raw peak", "The largest force as measured, between samples."),
+        ("judged peak", "The largest force behind the verdict filter, which takes away what is too fast to matter."),
+        ("impulse", "The force added up over the contact: the momentum that the robot lost."),
+        (
+            "S",
+            "√(m_H / (m_H + m_R)): a fixed rig is hit harder than a person who can recoil. S brings the reading to the person; the pad of the rig is never credited.",
+        ),
+        (
+            "transient, quasi-static",
+            "The first 0.5 s of a contact, and what is left of it after that. Each has its own limit.",
+        ),
+        ("guard band", "Within the uncertainty of a limit nothing is certain: there the verdict is inconclusive."),
+    ])
 }

@@ -1,6 +1,5 @@
 //! Loops of force over depth, rests over time, restitution over speed: SVG, readable in black and white.
 
-use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
@@ -8,40 +7,15 @@ use crate::contact_law::depth::{Source, reconstructed};
 use crate::contact_law::identification::{Identification, Identified};
 use crate::contact_law::law::{Damping, Law};
 use crate::report::curve::thinned;
-use crate::report::figure::tick;
+use crate::report::plot::{Axes, FONT, line_swatch, svg, swatch};
 
 const MEASURED: RGBColor = RGBColor(178, 178, 178);
-const GRID: RGBColor = RGBColor(228, 228, 228);
-const FONT: &str = "sans-serif";
 /// Points of a line.
 const POINTS: usize = 500;
 /// Recordings that a picture shows, spread over the peaks.
 const SHOWN: usize = 3;
 
-type Failure = DrawingAreaErrorKind<std::io::Error>;
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Line = Vec<(f64, f64)>;
-
-/// Draws into an SVG element; should that fail, the page says so instead of the tool stopping.
-fn svg(size: (u32, u32), draw: impl FnOnce(&Area<'_>) -> Result<(), Failure>) -> String {
-    let mut text = String::new();
-    {
-        let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
-        if let Err(error) = area.fill(&WHITE).and_then(|()| draw(&area)).and_then(|()| area.present()) {
-            return format!("<p>This figure could not be drawn: {error}.</p>");
-        }
-    }
-    text
-}
-
-/// Axes of a figure.
-struct Axes<'a> {
-    x: (f64, f64),
-    y: (f64, f64),
-    x_words: &'a str,
-    y_words: &'a str,
-    font: i32,
-}
 
 /// What a law's line is drawn with, so that it is the same in every figure: dashes on and off in pixels, and width.
 fn stroke(place: usize) -> (i32, i32, u32) {
@@ -118,36 +92,6 @@ fn span(values: impl Iterator<Item = f64>, room: f64) -> (f64, f64) {
     (low - space, high + space)
 }
 
-type Chart<'a, 'b> = ChartContext<
-    'a,
-    SVGBackend<'b>,
-    Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
->;
-
-fn chart<'a, 'b>(area: &'a Area<'b>, axes: &Axes<'_>) -> Result<Chart<'a, 'b>, Failure> {
-    let mut chart = ChartBuilder::on(area)
-        .margin(6)
-        .margin_right(14)
-        .x_label_area_size(36)
-        .y_label_area_size(58)
-        .build_cartesian_2d(axes.x.0..axes.x.1, axes.y.0..axes.y.1)?;
-    chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(GRID)
-        .axis_style(BLACK)
-        .x_labels(6)
-        .y_labels(6)
-        .x_desc(axes.x_words)
-        .y_desc(axes.y_words)
-        .x_label_formatter(&|value| tick(*value, axes.x.1 - axes.x.0))
-        .y_label_formatter(&|value| tick(*value, axes.y.1 - axes.y.0))
-        .label_style((FONT, axes.font))
-        .axis_desc_style((FONT, axes.font + 1))
-        .draw()?;
-    Ok(chart)
-}
-
 /// Loops of force over depth with a law, and below them what the law leaves over time.
 pub(super) fn loops(found: &Identification, law: &Identified) -> String {
     let loops: Vec<Loop> = shown(found).into_iter().map(|number| loop_of(found, law, number)).collect();
@@ -157,11 +101,13 @@ pub(super) fn loops(found: &Identification, law: &Identified) -> String {
         let axes = Axes {
             x: span(both().map(|point| point.0), 0.04),
             y: span(both().map(|point| point.1), 0.05),
-            x_words: "depth, mm",
+            x_words: Some("depth, mm"),
             y_words: "force, N",
+            ticks: (6, 6),
             font: 14,
+            top: 8,
         };
-        let mut chart_above = chart(&upper, &axes)?;
+        let mut chart_above = axes.on(&upper)?;
         for one in &loops {
             chart_above.draw_series(LineSeries::new(every(&one.measured), MEASURED.stroke_width(6)))?;
         }
@@ -173,11 +119,13 @@ pub(super) fn loops(found: &Identification, law: &Identified) -> String {
         let axes = Axes {
             x: span(rests().map(|point| point.0), 0.0),
             y: (-height, height),
-            x_words: "time since contact, ms",
+            x_words: Some("time since contact, ms"),
             y_words: "rest, N",
+            ticks: (6, 6),
             font: 14,
+            top: 8,
         };
-        let mut chart_below = chart(&lower, &axes)?;
+        let mut chart_below = axes.on(&lower)?;
         // Lowest peak in grey, the highest in heavy black.
         let styles =
             [RGBColor(165, 165, 165).stroke_width(3), RGBColor(90, 90, 90).stroke_width(1), BLACK.stroke_width(2)];
@@ -211,11 +159,13 @@ pub(super) fn restitution(found: &Identification) -> String {
         let axes = Axes {
             x: (least, most.max(least + 0.02)),
             y: (low, high.max(1.02)),
-            x_words: "speed of approach, m/s",
+            x_words: Some("speed of approach, m/s"),
             y_words: "restitution",
+            ticks: (6, 6),
             font: 13,
+            top: 8,
         };
-        let mut chart = chart(area, &axes)?;
+        let mut chart = axes.on(area)?;
         for (speed, (e, sd)) in bars() {
             let ends = [(speed, (e - 2.0 * sd).max(low)), (speed, (e + 2.0 * sd).min(high))];
             chart.draw_series(LineSeries::new(ends, MEASURED.stroke_width(3)))?;
@@ -271,35 +221,23 @@ fn drawn(found: &Identification) -> Vec<usize> {
 
 /// What the lines of the restitution mean.
 pub(super) fn legend(found: &Identification) -> Vec<(String, String)> {
-    let swatch = |(on, off, width): (i32, i32, u32)| {
-        svg((44, 14), move |area| {
-            if off == 0 {
-                return area.draw(&PathElement::new(vec![(0, 7), (44, 7)], BLACK.stroke_width(width)));
-            }
-            let mut x = 0;
-            while x < 44 {
-                area.draw(&PathElement::new(vec![(x, 7), ((x + on).min(44), 7)], BLACK.stroke_width(width)))?;
-                x += on + off;
-            }
-            Ok(())
-        })
-    };
     let lossless = |law: &Law| matches!(law.damping, Damping::None);
     let mut entries: Vec<(String, String)> = drawn(found)
         .into_iter()
         .enumerate()
         .map(|(turn, place)| {
             let law = found.laws[place].law;
+            let (on, off, width) = stroke(turn);
             let names: Vec<&str> = found
                 .laws
                 .iter()
                 .filter(|other| other.law.same_force(law) || (lossless(other.law) && lossless(law)))
                 .map(|other| other.law.name)
                 .collect();
-            (swatch(stroke(turn)), names.join(", "))
+            (line_swatch(BLACK.stroke_width(width), (off > 0).then_some((on, off))), names.join(", "))
         })
         .collect();
-    let bar = svg((44, 14), |area| {
+    let bar = swatch(|area| {
         area.draw(&PathElement::new(vec![(22, 0), (22, 14)], MEASURED.stroke_width(3)))?;
         area.draw(&Circle::new((22, 7), 4, BLACK.stroke_width(1)))
     });

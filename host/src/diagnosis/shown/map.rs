@@ -3,15 +3,15 @@
 //! A disc for each cell of the plane, its area the mean rest there; black where more was observed than simulated, hollow where less.
 //! A loss shows as black on the way in (rate above 0) and hollow on the way out; a wrong stiffness has the same colour on both.
 
-use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
 use thud_sim::rig::Quantity;
 
-use super::figure::{FONT, Failure, GRID, caption, svg, tick};
+use super::figure::caption;
 use crate::campaign::RigKind;
 use crate::diagnosis::locate::Course;
 use crate::diagnosis::{Diagnosis, predict};
+use crate::report::plot::{Area, Axes, Failure, svg};
 
 /// Cells along the stroke.
 const COLUMNS: usize = 26;
@@ -87,37 +87,20 @@ pub(super) fn figure(diagnosis: &Diagnosis, shown: &[Vec<f64>]) -> Option<(Strin
     Some((text, largest))
 }
 
-fn panel(
-    area: &DrawingArea<SVGBackend<'_>, Shift>,
-    cells: &Cells,
-    largest: f64,
-    falls: bool,
-    title: &str,
-) -> Result<(), Failure> {
-    let (width, height) = area.dim_in_pixel();
+fn panel(area: &Area<'_>, cells: &Cells, largest: f64, falls: bool, title: &str) -> Result<(), Failure> {
     let stroke_mm = 1e3 * cells.stroke_m;
-    let mut chart = ChartBuilder::on(area)
-        .margin(6)
-        .margin_top(26)
-        .margin_right(12)
-        .x_label_area_size(40)
-        .y_label_area_size(56)
-        .build_cartesian_2d(0.0..stroke_mm, -cells.rate_m_per_s..cells.rate_m_per_s)?;
-    chart
-        .configure_mesh()
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(GRID)
-        .axis_style(BLACK)
-        .x_labels(6)
-        .y_labels(6)
-        .x_desc(if falls { "fallen, mm" } else { "stroke, mm" })
-        .y_desc("its rate, m/s")
-        .x_label_formatter(&|value| tick(*value, stroke_mm))
-        .y_label_formatter(&|value| tick(*value, 2.0 * cells.rate_m_per_s))
-        .label_style((FONT, 13))
-        .axis_desc_style((FONT, 14))
-        .draw()?;
-    let cell_px = ((f64::from(width) - 74.0) / COLUMNS as f64).min((f64::from(height) - 72.0) / ROWS as f64);
+    let axes = Axes {
+        x: (0.0, stroke_mm),
+        y: (-cells.rate_m_per_s, cells.rate_m_per_s),
+        x_words: Some(if falls { "fallen, mm" } else { "stroke, mm" }),
+        y_words: "its rate, m/s",
+        ticks: (6, 6),
+        font: 13,
+        top: 26,
+    };
+    let mut chart = axes.on(area)?;
+    let (width, height) = chart.plotting_area().dim_in_pixel();
+    let cell_px = (f64::from(width) / COLUMNS as f64).min(f64::from(height) / ROWS as f64);
     for (place, mean) in cells.mean.iter().enumerate() {
         let Some(mean) = mean else { continue };
         let x = stroke_mm * ((place % COLUMNS) as f64 + 0.5) / COLUMNS as f64;

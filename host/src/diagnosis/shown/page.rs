@@ -59,6 +59,7 @@ pub fn page(diagnosis: &Diagnosis, answer: &Answer, name: &str) -> String {
         }
         (next_section(answer))
         h2 { "All recordings, before and after" }
+        p { "Across: time since contact, ms." }
         (legend())
         div.multiples {
             @for picture in &pictures {

@@ -3,10 +3,11 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
 
-use super::figure::{FONT, GRID, REST, caption, svg, tick};
+use super::figure::{REST, caption};
 use crate::diagnosis::Diagnosis;
 use crate::diagnosis::fit::Fit;
 use crate::diagnosis::spectrum::periodogram;
+use crate::report::plot::{FONT, GRID, svg, tick};
 
 /// Points along the frequency, equally spaced in its logarithm.
 const POINTS: usize = 130;

@@ -6,11 +6,12 @@ use super::terminal::cells;
 use super::{Tested, figure};
 use crate::predict::task::Task;
 use crate::predict::trial::Trial;
-use crate::report::document::document;
+use crate::report::document::{document, glossary};
 
 const OWN_STYLE: &str = "
 .leaky td { color: #666; font-style: italic } .best td { font-weight: bold } .number { white-space: nowrap }
-td:nth-child(2) { white-space: nowrap }
+td:nth-child(2) { white-space: nowrap } .groups th { border-bottom: 1px solid #999; text-align: center }
+table { font-size: .84rem } th, td { padding: .2rem .4rem }
 .multiples { display: grid; grid-template-columns: repeat(2, 1fr); gap: .4rem 1.4rem } .multiples figure { margin: .6rem 0 }
 @media (max-width: 50rem) { .multiples { grid-template-columns: 1fr } }
 ";
@@ -46,7 +47,7 @@ pub fn page(tested: &Tested) -> String {
              very rows and folds of this page."
         }
         @for task in Task::ALL { (pictures(tested, task)) }
-        (glossary())
+        (words_meant())
     };
     document("How well is the force foretold?", &[OWN_STYLE], &body)
 }
@@ -78,9 +79,11 @@ fn table(tested: &Tested) -> Markup {
     html! {
         table {
             thead {
+                tr.groups { th colspan="3" {} th colspan="3" { "here" } th colspan="2" { "the paper" } th colspan="2" { "scikit-learn" } th {} }
                 tr {
                     th { "forecast" } th { "from" } th { "by" } th.number { "R²" } th.number { "RMSE N" } th.number { "95 % within N" }
-                    th.number { "paper R²" } th.number { "N" } th.number { "scikit-learn R²" } th.number { "N" } th { "" }
+                    @for _ in 0..2 { th.number { "R²" } th.number { "RMSE N" } }
+                    th {}
                 }
             }
             tbody {
@@ -114,6 +117,7 @@ fn pictures(tested: &Tested, task: Task) -> Markup {
     }
     html! {
         h2 { (heading) }
+        div.legend { @for (swatch, words) in figure::legend(task) { span { (PreEscaped(swatch)) (words) } } }
         div.multiples {
             @for trial in shown {
                 figure {
@@ -129,22 +133,27 @@ fn pictures(tested: &Tested, task: Task) -> Markup {
     }
 }
 
-fn glossary() -> Markup {
-    html! {
-        p.note { "In the pictures: dots are impacts (or instants of them); the line is where forecast and truth agree, the dashed one 10 % above it, which the paper takes for a margin of safety." }
-        h2 { "What the words mean" }
-        dl {
-            dt { "profile" } dd { "the force at 16 instants, from the contact to 1.4 times the duration of an ideal impact" }
-            dt { "peak" } dd { "the largest force, forecast before the contact" }
-            dt { "online" } dd { "the largest force, forecast by the sensor 4 ms after it noticed the contact; from the rise: ωt₄, √(K/m_R) times the time since the contact; F₂/F₄, F₃/F₄, F₄, with the force 2, 3 and 4 ms after" }
-            dt { "v, m_R, K, m_H" } dd { "speed at contact; effective mass of the robot; stiffness of springs and pad in series (online: of the springs); effective mass of the body region" }
-            dt { "q1, q2, q4" } dd { "joint angles of the robot" }
-            dt { "δ, δ_max" } dd { "stroke of the springs: leaky" }
-            dt { "physics" } dd { "v·√(K·m_R), the half sine of the ideal impact; online: F₄/sin(ωt₄)" }
-            dt { "physics+…" } dd { "that, times one plus what was learned" }
-            dt { "table" } dd { "as many and as deep trees as the sensor carries" }
-            dt { "force" } dd { "through the filter of the verdict, 100 Hz, forward and back" }
-            dt { "R²" } dd { "share of the variance that is foretold; 1 is all of it. Where forces differ much, it is near 1 for poor forecasts too: look at the newtons" }
-        }
-    }
+fn words_meant() -> Markup {
+    glossary(&[
+        ("profile", "the force at 16 instants, from the contact to 1.4 times the duration of an ideal impact"),
+        ("peak", "the largest force, forecast before the contact"),
+        (
+            "online",
+            "the largest force, forecast by the sensor 4 ms after it noticed the contact; from the rise: ωt₄, √(K/m_R) times the time since the contact; F₂/F₄, F₃/F₄, F₄, with the force 2, 3 and 4 ms after",
+        ),
+        (
+            "v, m_R, K, m_H",
+            "speed at contact; effective mass of the robot; stiffness of springs and pad in series (online: of the springs); effective mass of the body region",
+        ),
+        ("q1, q2, q4", "joint angles of the robot"),
+        ("δ, δ_max", "stroke of the springs: leaky"),
+        ("physics", "v·√(K·m_R), the half sine of the ideal impact; online: F₄/sin(ωt₄)"),
+        ("physics+…", "that, times one plus what was learned"),
+        ("table", "as many and as deep trees as the sensor carries"),
+        ("force", "through the filter of the verdict, 100 Hz, forward and back"),
+        (
+            "R²",
+            "share of the variance that is foretold; 1 is all of it. Where forces differ much, it is near 1 for poor forecasts too: look at the newtons",
+        ),
+    ])
 }

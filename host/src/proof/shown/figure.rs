@@ -3,16 +3,14 @@
 
 use std::collections::BTreeSet;
 
-use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::super::interval::Share;
 use super::super::score::Confusion;
+use crate::report::plot::{FONT, GRID, svg};
 
-const FONT: &str = "sans-serif";
 const BAR: RGBColor = RGBColor(165, 165, 165);
-const GRID: RGBColor = RGBColor(225, 225, 225);
 const WIDTH: u32 = 940;
 /// Height of a row.
 const ROW: i32 = 22;
@@ -22,20 +20,6 @@ const NAMES: i32 = 270;
 const COUNTS: i32 = 110;
 /// Pixels for the scale at the top.
 const HEAD: i32 = 24;
-
-type Failure = DrawingAreaErrorKind<std::io::Error>;
-
-fn svg(size: (u32, u32), draw: impl FnOnce(&DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), Failure>) -> String {
-    let mut text = String::new();
-    {
-        let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
-        // Drawing into a string does not fail; should it, the page says so instead of the tool stopping.
-        if let Err(error) = area.fill(&WHITE).and_then(|()| draw(&area)).and_then(|()| area.present()) {
-            return format!("<p>This figure could not be drawn: {error}.</p>");
-        }
-    }
-    text
-}
 
 fn words(side: HPos) -> TextStyle<'static> {
     (FONT, 13).into_font().color(&BLACK).pos(Pos::new(side, VPos::Center))

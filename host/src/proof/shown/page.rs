@@ -10,12 +10,12 @@ use super::super::score::Group;
 use super::super::target::Target;
 use super::figure::{self, Bar};
 use super::{demand, interval, reached, value};
-use crate::report::document::document;
+use crate::report::document::{document, glossary};
 
 const TITLE: &str = "Is what is hidden found?";
 
 const OWN_STYLE: &str = "
-td.number { white-space: nowrap } .missed td { font-weight: bold } .note { color: #444; font-size: .84rem; font-weight: normal }
+td.number, td.reached { white-space: nowrap } .missed td { font-weight: bold } .note { color: #444; font-size: .84rem; font-weight: normal }
 .part td { border-bottom: 1px solid #111; padding-top: .8rem; font-style: italic } td.what { white-space: normal; padding-left: 1.2rem }
 .groups { font-size: .84rem } .groups th, .groups td { padding: .2rem .35rem }
 .cases td, .cases th { font-size: .78rem; padding: .12rem .35rem } .wrong td { font-weight: bold } code { font-size: .86rem; overflow-wrap: anywhere }
@@ -127,7 +127,7 @@ fn targets(targets: &[Target]) -> Markup {
                             td.number { (value(target)) }
                             td.number { (interval(target)) }
                             td.number { (target.cases) }
-                            td { (reached(target)) }
+                            td.reached { (reached(target)) }
                         }
                     }
                 }
@@ -265,19 +265,34 @@ fn cases(cases: &[Judged]) -> Markup {
 }
 
 fn definitions() -> Markup {
-    html! {
-        h2 { "What the words mean" }
-        dl {
-            dt { "found" } dd { "the verdict is not “consistent”" }
-            dt { "named first" } dd { "the first mechanism of the answer is what is hidden (of two effects: one of them)" }
-            dt { "exact" } dd { "the mechanisms named are what is hidden, all and nothing else, and the verdict is not “unexplained”" }
-            dt { "within the named set" } dd { "what is hidden is the first mechanism or one that the answer says it cannot be told from (of two effects: each stands beside one of the names)" }
-            dt { "wrong and confident" } dd { "verdict “named” or “ambiguous” with a mechanism that is not hidden and beside which nothing else is held possible" }
-            dt { "right phase" } dd { "the place with the largest share lies in a phase (before contact, rise, fall, after) that truly holds at least a quarter, or the most, of what the re-tuned baseline leaves of the noise-free recordings" }
-            dt { "held out" } dd { "rmse on recordings that took no part in fitting or choosing, as the tool says it; with its map of the unexplained where it has one. Over the true model's: the rms of what was written less the noise-free recordings" }
-            dt { "absorbed" } dd { "the stated stiffness, masses and speeds are those that hide the effect best: peaks agree and R² exceeds 0.98 before any diagnosis" }
-            dt { "conditional" } dd { "the effect acts in a few recordings only" }
-            dt { "no answer" } dd { "a process that failed or took too long counts as wrong wherever its case counts" }
-        }
-    }
+    glossary(&[
+        ("found", "the verdict is not “consistent”"),
+        ("named first", "the first mechanism of the answer is what is hidden (of two effects: one of them)"),
+        (
+            "exact",
+            "the mechanisms named are what is hidden, all and nothing else, and the verdict is not “unexplained”",
+        ),
+        (
+            "within the named set",
+            "what is hidden is the first mechanism or one that the answer says it cannot be told from (of two effects: each stands beside one of the names)",
+        ),
+        (
+            "wrong and confident",
+            "verdict “named” or “ambiguous” with a mechanism that is not hidden and beside which nothing else is held possible",
+        ),
+        (
+            "right phase",
+            "the place with the largest share lies in a phase (before contact, rise, fall, after) that truly holds at least a quarter, or the most, of what the re-tuned baseline leaves of the noise-free recordings",
+        ),
+        (
+            "held out",
+            "rmse on recordings that took no part in fitting or choosing, as the tool says it; with its map of the unexplained where it has one. Over the true model's: the rms of what was written less the noise-free recordings",
+        ),
+        (
+            "absorbed",
+            "the stated stiffness, masses and speeds are those that hide the effect best: peaks agree and R² exceeds 0.98 before any diagnosis",
+        ),
+        ("conditional", "the effect acts in a few recordings only"),
+        ("no answer", "a process that failed or took too long counts as wrong wherever its case counts"),
+    ])
 }
