@@ -4,8 +4,11 @@
 //! toys implement them; the logic sees nothing else. No chip type appears in a signature, and nothing here
 //! waits for wall time: time is `embassy-time`, whose driver the board (or the simulation) brings.
 //!
-//! Flash is [`embedded_storage_async::nor_flash::NorFlash`], because every storage crate speaks it.
+//! Flash is [`NorFlash`], because every storage crate speaks it, and [`AskedFlash`], because an impact does not wait for it.
 
+use core::future::Future;
+
+use embedded_storage_async::nor_flash::NorFlash;
 use serde::{Deserialize, Serialize};
 
 use crate::units::Volt;
@@ -41,10 +44,7 @@ pub trait Samples {
     ///
     /// # Errors
     /// [`Overrun`] when samples were lost; the next call goes on with the first block after the gap.
-    fn next_block(
-        &mut self,
-        block: &mut [AdcCode; BLOCK],
-    ) -> impl core::future::Future<Output = Result<BlockInfo, Overrun>>;
+    fn next_block(&mut self, block: &mut [AdcCode; BLOCK]) -> impl Future<Output = Result<BlockInfo, Overrun>>;
 }
 
 /// A classic CAN data frame with an 11-bit identifier. CANopen uses no other.
@@ -96,7 +96,7 @@ pub trait CanTransmit {
     fn load(&mut self, frame: &Frame) -> Result<(), MailboxesFull>;
 
     /// Waits until at least one mailbox has been emptied since the last call.
-    fn freed(&mut self) -> impl core::future::Future<Output = ()>;
+    fn freed(&mut self) -> impl Future<Output = ()>;
 }
 
 /// What the receiving half of the controller hands over.
@@ -119,7 +119,7 @@ pub trait CanReceive {
     fn listen_to(&mut self, _identifiers: &Listened) {}
 
     /// Waits for the next frame, or for the news that some were lost.
-    fn receive(&mut self) -> impl core::future::Future<Output = Received>;
+    fn receive(&mut self) -> impl Future<Output = Received>;
 }
 
 /// Error state of a CAN controller, ISO 11898-1.
@@ -151,6 +151,38 @@ pub trait CanSupervise {
     fn status(&mut self) -> BusStatus;
     /// Starts recovery from bus-off: 128 times 11 recessive bits later the controller takes part again.
     fn recover(&mut self);
+}
+
+/// Flash that asks at the very instant of beginning an operation whether it may.
+///
+/// ```text
+/// ask ─ begin ─ busy …                   with nothing between the two
+/// ask ─ interrupt: an impact opens, its alarm goes out ─ begin ─ busy …      what it must not come to
+/// ```
+///
+/// The methods given here are right where nobody can come between two lines of a task, as in a simulation. A board with interrupts keeps
+/// them out from before `may` is asked until the operation is under way, and no longer: it lasts up to 22 ms.
+pub trait AskedFlash: NorFlash {
+    /// Programs one word ([`NorFlash::WRITE_SIZE`] bytes) if it may begin; whether it did.
+    ///
+    /// # Errors
+    /// What [`NorFlash::write`] says.
+    fn write_if(
+        &mut self,
+        offset: u32,
+        word: &[u8],
+        may: impl Fn() -> bool,
+    ) -> impl Future<Output = Result<bool, Self::Error>> {
+        async move { if may() { self.write(offset, word).await.map(|()| true) } else { Ok(false) } }
+    }
+
+    /// Erases the page ([`NorFlash::ERASE_SIZE`] bytes) that begins at an offset if it may begin; whether it did.
+    ///
+    /// # Errors
+    /// What [`NorFlash::erase`] says.
+    fn erase_if(&mut self, page: u32, may: impl Fn() -> bool) -> impl Future<Output = Result<bool, Self::Error>> {
+        async move { if may() { self.erase(page, page + Self::ERASE_SIZE as u32).await.map(|()| true) } else { Ok(false) } }
+    }
 }
 
 /// The independent watchdog.

@@ -22,10 +22,10 @@
 
 use core::ops::Range;
 
-use embedded_storage_async::nor_flash::NorFlash;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
 
+use crate::board::AskedFlash;
 use crate::configuration::Configuration;
 use crate::configuration_lock::ConfigurationLock;
 use crate::detector::Stamped;
@@ -153,11 +153,11 @@ impl Found {
 }
 
 /// The store over a range of flash pages, at least two.
-pub struct Store<F: NorFlash> {
+pub struct Store<F: AskedFlash> {
     map: MapStorage<u8, BetweenImpacts<F>, Cache<Uncached, Uncached, Uncached, u8>>,
 }
 
-impl<F: NorFlash> Store<F> {
+impl<F: AskedFlash> Store<F> {
     /// A store in these bytes of the flash.
     ///
     /// # Panics
@@ -291,7 +291,7 @@ mod tests {
     use std::vec::Vec;
 
     use embassy_futures::block_on;
-    use embedded_storage_async::nor_flash::{ErrorType, NorFlashError, NorFlashErrorKind, ReadNorFlash};
+    use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 
     use super::*;
     use crate::limits::Region;
@@ -387,6 +387,8 @@ mod tests {
             Ok(())
         }
     }
+
+    impl AskedFlash for Mortal {}
 
     fn store(flash: Mortal) -> Store<Mortal> {
         Store::new(flash, 0..(PAGE * PAGES) as u32)

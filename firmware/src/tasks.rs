@@ -17,9 +17,8 @@
 
 use embassy_futures::join::{join, join5};
 use embassy_time::Duration;
-use embedded_storage_async::nor_flash::NorFlash;
 
-use crate::board::{CanReceive, CanSupervise, CanTransmit, Samples, Watchdog};
+use crate::board::{AskedFlash, CanReceive, CanSupervise, CanTransmit, Samples, Watchdog};
 use crate::shared::Shared;
 use crate::storage::Store;
 
@@ -35,7 +34,7 @@ pub const PULSE: Duration = Duration::from_millis(50);
 
 /// The board's parts as the tasks want them.
 #[expect(missing_docs, reason = "each is named after its trait")]
-pub struct Board<S, R, T, C, W, F: NorFlash> {
+pub struct Board<S, R, T, C, W, F: AskedFlash> {
     pub samples: S,
     pub receive: R,
     pub transmit: T,
@@ -52,7 +51,7 @@ where
     T: CanTransmit,
     C: CanSupervise,
     W: Watchdog,
-    F: NorFlash,
+    F: AskedFlash,
 {
     let ((never, ..), _) = join(
         join5(

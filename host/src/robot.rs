@@ -19,6 +19,7 @@ pub mod body;
 pub mod contact;
 pub mod description;
 pub mod effective_mass;
+pub mod elastic_arm;
 pub mod iso_estimate;
 pub mod jacobian;
 pub mod joint_inertia;

@@ -7,7 +7,8 @@
 //! ```
 //!
 //! Each double word and each page is held back by itself, so that a store that an impact comes into goes on after it; and before each, and
-//! before each reading, the other tasks have their turn: a flash that blocks while it is busy blocks them no longer than that.
+//! before each reading, the other tasks have their turn: a flash that blocks while it is busy blocks them no longer than that. An impact that
+//! opens between the waiting and the operation is seen too, because the flash asks once more as it begins ([`AskedFlash`]).
 
 use core::future::poll_fn;
 use core::task::{Context, Poll};
@@ -15,8 +16,12 @@ use core::task::{Context, Poll};
 use embassy_futures::yield_now;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 
+use crate::board::AskedFlash;
+
 /// Knows whether an impact is open.
 pub trait ImpactWatch: Sync {
+    /// Whether one is open now.
+    fn is_open(&self) -> bool;
     /// Whether no impact is open. If one is, it wakes whoever asks when it may be over, and now and then before.
     fn poll_closed(&self, context: &mut Context<'_>) -> Poll<()>;
 }
@@ -33,11 +38,14 @@ pub(super) struct BetweenImpacts<F> {
 }
 
 impl<F> BetweenImpacts<F> {
-    async fn pause(&self) {
+    /// Waits until an operation may begin, and gives what is to be asked when it does.
+    async fn pause(&self) -> impl Fn() -> bool + use<F> {
         self.make_way().await;
-        if let Some(watch) = self.watch {
+        let watch = self.watch;
+        if let Some(watch) = watch {
             closed(watch).await;
         }
+        move || watch.is_none_or(|watch| !watch.is_open())
     }
 
     /// Lets the other tasks have their turn; at a start there are none yet.
@@ -65,22 +73,26 @@ impl<F: ReadNorFlash> ReadNorFlash for BetweenImpacts<F> {
     }
 }
 
-impl<F: NorFlash> NorFlash for BetweenImpacts<F> {
+impl<F: AskedFlash> NorFlash for BetweenImpacts<F> {
     const WRITE_SIZE: usize = F::WRITE_SIZE;
     const ERASE_SIZE: usize = F::ERASE_SIZE;
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), F::Error> {
         for page in (from..to).step_by(Self::ERASE_SIZE) {
-            self.pause().await;
-            self.flash.erase(page, to.min(page + Self::ERASE_SIZE as u32)).await?;
+            while {
+                let may = self.pause().await;
+                !self.flash.erase_if(page, may).await?
+            } {}
         }
         Ok(())
     }
 
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), F::Error> {
         for (place, word) in (offset..).step_by(Self::WRITE_SIZE).zip(bytes.chunks(Self::WRITE_SIZE)) {
-            self.pause().await;
-            self.flash.write(place, word).await?;
+            while {
+                let may = self.pause().await;
+                !self.flash.write_if(place, word, may).await?
+            } {}
         }
         Ok(())
     }
@@ -134,10 +146,16 @@ mod tests {
         }
     }
 
+    impl AskedFlash for Recorder {}
+
     /// Lets so many operations pass before an impact opens.
     struct Passes(AtomicUsize);
 
     impl ImpactWatch for Passes {
+        fn is_open(&self) -> bool {
+            false
+        }
+
         fn poll_closed(&self, _: &mut Context<'_>) -> Poll<()> {
             let passed = self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1));
             if passed.is_ok() { Poll::Ready(()) } else { Poll::Pending }
@@ -167,5 +185,40 @@ mod tests {
         assert_eq!(work.as_mut().poll(&mut context), Poll::Pending);
         assert_eq!(work.as_mut().poll(&mut context), Poll::Ready(()), "reading makes way and waits for nothing");
         assert_eq!(*recorder.0.borrow(), whole);
+    }
+
+    /// Says that no impact is open when it is waited for, and that one is at so many of the following looks.
+    struct OpensMeanwhile(AtomicUsize);
+
+    impl ImpactWatch for OpensMeanwhile {
+        fn is_open(&self) -> bool {
+            self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1)).is_ok()
+        }
+
+        fn poll_closed(&self, _: &mut Context<'_>) -> Poll<()> {
+            Poll::Ready(())
+        }
+    }
+
+    #[test]
+    fn an_impact_that_opens_after_the_wait_still_holds_the_operation_back() {
+        let recorder = Recorder::default();
+        let watch: &'static OpensMeanwhile = Box::leak(Box::new(OpensMeanwhile(AtomicUsize::new(0))));
+        let mut flash = BetweenImpacts { flash: recorder.clone(), watch: Some(watch) };
+        let mut context = Context::from_waker(Waker::noop());
+        let mut work = pin!(async {
+            flash.write(2048, &[0; 8]).await.unwrap();
+            flash.erase(0, 2048).await.unwrap();
+        });
+        let whole = [(2048, 8), (0, 2048)];
+        for done in 0..whole.len() {
+            watch.0.store(3, Ordering::Relaxed);
+            while watch.0.load(Ordering::Relaxed) > 0 {
+                assert_eq!(work.as_mut().poll(&mut context), Poll::Pending);
+                assert_eq!(*recorder.0.borrow(), whole[..done], "begun although an impact had opened");
+            }
+            assert_eq!(work.as_mut().poll(&mut context).is_ready(), done + 1 == whole.len());
+            assert_eq!(*recorder.0.borrow(), whole[..=done], "begun as soon as it might");
+        }
     }
 }

@@ -3,16 +3,16 @@
 use core::task::{Context, Poll};
 
 use embassy_time::with_timeout;
-use embedded_storage_async::nor_flash::NorFlash;
 
 use super::PULSE;
+use crate::board::AskedFlash;
 use crate::configuration_lock::ConfigurationLock;
 use crate::emergency::Fault;
 use crate::shared::{Report, Shared, Task};
 use crate::storage::{ImpactWatch, NotStored, Store, closed};
 
 /// Runs for ever.
-pub async fn run<F: NorFlash, const N: usize>(mut store: Store<F>, shared: &'static Shared<N>) -> ! {
+pub async fn run<F: AskedFlash, const N: usize>(mut store: Store<F>, shared: &'static Shared<N>) -> ! {
     store.wait_for_impacts(shared);
     let (mut locked, start) = store.start().await;
     shared.with_lock(|lock| *lock = locked);
@@ -57,16 +57,20 @@ pub async fn run<F: NorFlash, const N: usize>(mut store: Store<F>, shared: &'sta
 }
 
 impl<const N: usize> ImpactWatch for Shared<N> {
+    fn is_open(&self) -> bool {
+        self.detector().impact_open
+    }
+
     fn poll_closed(&self, context: &mut Context<'_>) -> Poll<()> {
         self.lives(Task::Storage);
         self.impact_over.register(context.waker());
-        if self.detector().impact_open { Poll::Pending } else { Poll::Ready(()) }
+        if self.is_open() { Poll::Pending } else { Poll::Ready(()) }
     }
 }
 
 /// Writes the lock if it is not the one that is stored, and a closed one every time: after an erase that a power cut has interrupted,
 /// the map may drop what was not written since.
-async fn keep<F: NorFlash>(
+async fn keep<F: AskedFlash>(
     store: &mut Store<F>,
     wanted: Option<ConfigurationLock>,
     stored: &mut Option<ConfigurationLock>,

@@ -17,7 +17,7 @@ use embassy_time_driver::Driver;
 use embassy_time_queue_utils::Queue;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 use thud_firmware::board::{
-    AdcCode, BLOCK, BlockInfo, BusState, BusStatus, CanReceive, CanSupervise, CanTransmit, Frame, Identity,
+    AdcCode, AskedFlash, BLOCK, BlockInfo, BusState, BusStatus, CanReceive, CanSupervise, CanTransmit, Frame, Identity,
     MailboxesFull, Overrun, Received, ResetCause, Samples, Watchdog,
 };
 use thud_firmware::capture::{CAPTURE, Captures};
@@ -286,6 +286,8 @@ impl NorFlash for Flash {
         Ok(())
     }
 }
+
+impl AskedFlash for Flash {}
 
 // ---- the master ----
 

@@ -16,7 +16,7 @@ use super::plan::{Kind, MASSES_KG, POSTURES_DEG, campaigns};
 use super::predictor::{Predictor, train};
 use super::score::{quantile, score};
 use super::task::{CASES, Input, RISE, Rows, Task};
-use super::trial::{NoTrial, Whole, folds, parted, trials};
+use super::trial::{NoTrial, Whole, folds, forecasts, parted, trials};
 
 /// Ideal impacts with some scatter of the peak: half sines, four to a campaign.
 fn ideal(count: usize, seed: u64) -> Dataset {
@@ -156,6 +156,34 @@ fn an_impact_is_never_on_both_sides_of_a_fold_nor_a_campaign_where_that_is_asked
         folds(&dataset, Whole::Campaign, 16, 0),
         Err(NoTrial::Folds { what: "campaigns", impacts: 15, folds: 16 })
     );
+}
+
+/// The paper's folds are over time samples: those of one impact are on both sides, and what a tree has seen of an impact it says
+/// again. Over whole impacts the same tree on the same rows errs more.
+#[test]
+fn a_fold_over_samples_flatters() {
+    let dataset = ideal(60, 13);
+    let rows = Rows::new(Task::Profile, super::task::PROFILE, &dataset);
+    let rmse = |rows: &Rows, groups: usize| {
+        let places = ideal(groups, 0);
+        let fold_of = folds(&places, Whole::Impact, 5, 3).unwrap();
+        score(&forecasts(rows, Some(Learner::Boosted), false, &fold_of).unwrap(), &rows.y).rmse_N
+    };
+    let whole = rmse(&rows, dataset.impacts.len());
+    let printed = rmse(&Rows { impact: (0..rows.len()).collect(), ..rows.clone() }, rows.len());
+    assert!(printed < 0.8 * whole, "{printed} N over samples, {whole} N over impacts");
+}
+
+/// δ_max is the outcome: K·δ_max is the peak, chance and all, without anything learned. Nothing that is known before knows the chance.
+#[test]
+fn the_largest_stroke_leaks_the_peak() {
+    let dataset = ideal(60, 14);
+    let peaks: Vec<f64> = dataset.impacts.iter().map(|impact| impact.peak_n).collect();
+    let of =
+        |forecast: &dyn Fn(&Impact) -> f64| score(&dataset.impacts.iter().map(forecast).collect::<Vec<_>>(), &peaks);
+    let leaky = of(&|impact| impact.stiffness_n_per_m * impact.stroke_m.unwrap_or_default());
+    let honest = of(&Impact::ideal_peak_n);
+    assert!(leaky.rmse_N < 1e-6 * honest.rmse_N && honest.rmse_N > 0.5, "{leaky:?} {honest:?}");
 }
 
 #[test]

@@ -91,7 +91,7 @@ impl Machine {
                     read(cpu.get_data_mut(), base + offset as u32, size)
                 }),
                 Some(move |cpu: &mut Unicorn<'_, State>, offset: u64, size: usize, value: u64| {
-                    write(cpu.get_data_mut(), base + offset as u32, size, value as u32);
+                    write(cpu, base + offset as u32, size, value as u32);
                 }),
             )
             .expect(mapped);

@@ -18,6 +18,7 @@ fn the_alarm_is_out_within_a_millisecond_no_sample_is_lost_and_flash_waits() {
     assert_eq!(outcome.lost, 0, "{outcome:?}");
     assert!(outcome.due >= impacts / 4, "at too few impacts anything was to be written: {outcome:?}");
     assert_eq!(outcome.disturbed, 0, "flash was changed while an impact was open: {outcome:?}");
+    assert_eq!(lab.emulator().chip().flash.interruptible(), 0, "an impact could have opened before an operation began");
     // Of the whole load nothing but the master's frames has come to the processor.
     assert_eq!(outcome.accepted, u64::from(load_trial::FRAMES * impacts), "{outcome:?}");
     assert!(outcome.filtered > 10_000, "{outcome:?}");

@@ -45,6 +45,11 @@ fn storing_a_hundred_times_erases_pages_and_loses_no_sample() {
     }
     let wear = lab.emulator().chip().flash.wear();
     assert!(wear.erased >= 1, "{wear:?}");
+    assert_eq!(
+        lab.emulator().chip().flash.interruptible(),
+        0,
+        "of {wear:?}: an impact could have opened before it began"
+    );
     assert_eq!(lab.emulator().chip().lost_samples(), 0);
     assert_eq!(lab.loss("overruns"), 0);
     lab.expect_order(1);

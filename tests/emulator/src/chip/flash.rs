@@ -140,6 +140,7 @@ pub struct Flash {
     under_way: Option<(Operation, Picoseconds)>,
     wear: Wear,
     last_begun: Option<Picoseconds>,
+    interruptible: u64,
     /// The power goes in the middle of the operation after this many.
     cut_after: Option<u32>,
     cut_at: Option<Picoseconds>,
@@ -158,6 +159,7 @@ impl Flash {
             under_way: None,
             wear: Wear::default(),
             last_begun: None,
+            interruptible: 0,
             cut_after: None,
             cut_at: None,
         }
@@ -203,6 +205,17 @@ impl Flash {
     #[must_use]
     pub fn last_begun(&self) -> Option<Picoseconds> {
         self.last_begun
+    }
+
+    /// Operations that were begun while interrupts were let in: whatever the program had asked before, an interrupt may have changed
+    /// since.
+    #[must_use]
+    pub fn interruptible(&self) -> u64 {
+        self.interruptible
+    }
+
+    pub(crate) fn count_interruptible(&mut self) {
+        self.interruptible += 1;
     }
 
     /// Wait states.

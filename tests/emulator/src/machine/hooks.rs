@@ -81,8 +81,14 @@ pub(super) fn read(state: &mut State, address: u32, size: usize) -> u64 {
     u64::from(state.chip.read(address, size))
 }
 
-pub(super) fn write(state: &mut State, address: u32, size: usize, value: u32) {
+pub(super) fn write(cpu: &mut Unicorn<'_, State>, address: u32, size: usize, value: u32) {
+    let state = cpu.get_data_mut();
+    let idle = state.chip.flash.busy_until().is_none();
     state.chip.write(address, size, value);
+    if idle && state.chip.flash.busy_until().is_some() && cpu.reg_read(Reg::PRIMASK).unwrap_or(0) & 1 == 0 {
+        cpu.get_data_mut().chip.flash.count_interruptible();
+    }
+    let state = cpu.get_data_mut();
     let harmless = (MESSAGE_RAM..MESSAGE_RAM + MESSAGE_RAM_SIZE).contains(&address);
     if !harmless {
         state.stop_at = 0;

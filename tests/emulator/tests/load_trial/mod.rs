@@ -34,8 +34,6 @@ const PERIOD_S: f64 = 1.3;
 const OPEN: Duration = Duration::from_millis(400);
 /// From the sensor being armed to the contact, s: least and most. What is being stored takes 2 ms and more.
 const ARMED_S: (f64, f64) = (0.000_05, 0.001);
-/// An operation that was let through just before the impact opened begins at most so long after its alarm, µs.
-const LET_THROUGH_US: u64 = 100;
 /// Frames that the master sends for each impact.
 pub const FRAMES: u32 = 5;
 /// Speeds of the robot, m/s.
@@ -54,7 +52,7 @@ pub struct Outcome {
     pub written: u64,
     /// Impacts at whose alarm there was still something to be written, and was written after them.
     pub due: u32,
-    /// Impacts while which an operation of the flash was begun.
+    /// Impacts at which an operation of the flash began after the alarm had gone to the controller.
     pub disturbed: u32,
     /// Samples lost, by the ADC's count and by the sensor's; alarms withheld.
     pub lost: u64,
@@ -148,10 +146,11 @@ pub fn run(seed: u64, impacts: u32, mut progress: impl FnMut(u32)) -> (Outcome, 
         let alarms = lab.crossed(ALARM);
         assert_eq!(alarms.len(), 1, "impact {number}: {alarms:?}");
         outcome.alarms_s.push(alarms[0].ended.as_micros() as f64 * 1e-6 - contact_s - passes_s);
-        // The impact is open before its alarm goes to the controller, and still.
+        // The impact is open before its alarm goes to the controller, and still: nothing may begin from then on, not even what had
+        // waited for its turn just before.
         let begun = lab.emulator().chip().flash.last_begun();
-        let latest = alarms[0].loaded.as_micros() + LET_THROUGH_US;
-        outcome.disturbed += u32::from(begun.is_some_and(|at| at / MICROSECOND > latest));
+        let alarmed = alarms[0].loaded.as_micros();
+        outcome.disturbed += u32::from(begun.is_some_and(|at| at / MICROSECOND > alarmed));
         let held = operations(&lab);
         lab.emulator_mut().run_until(contact + Duration::from_micros((PERIOD_S * 1e6) as u64));
         outcome.due += u32::from(operations(&lab) > held);
