@@ -43,23 +43,21 @@ pub struct Effort {
     pub globals: bool,
     /// Whether what is believed of each recording moves within its uncertainty.
     pub nuisances: bool,
-    /// Whether instants of contact are sought among the samples where a step keeps a tangent from finding them.
-    pub touches: bool,
 }
 
 impl Effort {
     /// Until it converges.
-    pub const FULL: Self = Self { iterations: 25, globals: true, nuisances: true, touches: true };
+    pub const FULL: Self = Self { iterations: 25, globals: true, nuisances: true };
     /// A first look.
-    pub const BRIEF: Self = Self { iterations: 4, globals: true, nuisances: true, touches: false };
+    pub const BRIEF: Self = Self { iterations: 4, globals: true, nuisances: true };
     /// A first look from far away.
-    pub const ANEW: Self = Self { iterations: 8, globals: true, nuisances: true, touches: false };
+    pub const ANEW: Self = Self { iterations: 8, globals: true, nuisances: true };
     /// From where a fit to nearly the same recordings came to.
-    pub const AGAIN: Self = Self { iterations: 4, globals: true, nuisances: true, touches: false };
+    pub const AGAIN: Self = Self { iterations: 4, globals: true, nuisances: true };
     /// Only what each recording has for itself.
-    pub const LOCAL: Self = Self { iterations: 8, globals: false, nuisances: true, touches: false };
+    pub const LOCAL: Self = Self { iterations: 8, globals: false, nuisances: true };
     /// Only what is not believed at all: contact instants and offsets.
-    pub const NOMINAL: Self = Self { iterations: 12, globals: false, nuisances: false, touches: false };
+    pub const NOMINAL: Self = Self { iterations: 12, globals: false, nuisances: false };
 }
 
 /// A fit.
@@ -132,14 +130,19 @@ impl Fit {
     pub fn run(problem: &Problem, layout: Layout, start: Point, part: Part<'_>, effort: Effort) -> Option<Self> {
         let mut fit = Self::at(problem, layout, start, part)?;
         fit.converge(problem, part, effort);
-        if effort.touches {
-            let touching = Self::touching(problem, fit.layout.clone(), fit.point.clone(), part);
-            if let Some(touching) = touching.filter(|touching| touching.cost < fit.cost - TOUCHED) {
-                fit = touching;
-                fit.converge(problem, part, effort);
-            }
-        }
         Some(fit)
+    }
+
+    /// The same from instants of contact nearby, where one of them was missed: a step keeps a tangent from finding it.
+    #[must_use]
+    pub fn touched(self, problem: &Problem, part: Part<'_>) -> Self {
+        match Self::touching(problem, self.layout.clone(), self.point.clone(), part) {
+            Some(mut touching) if touching.cost < self.cost - TOUCHED => {
+                touching.converge(problem, part, Effort::FULL);
+                touching
+            }
+            _ => self,
+        }
     }
 
     fn converge(&mut self, problem: &Problem, part: Part<'_>, effort: Effort) {
@@ -541,11 +544,13 @@ impl Tangent {
             .recordings
             .par_iter()
             .map(|columns| {
-                let mut local = columns.local.tr_mul(&columns.local);
+                // A product of matrices is several times quicker than nalgebra's `tr_mul`.
+                let (globals, locals) = (columns.global.transpose(), columns.local.transpose());
+                let mut local = locals * &columns.local;
                 for place in 0..local.ncols() {
                     local[(place, place)] += columns.local_prior[place].powi(2);
                 }
-                (columns.global.tr_mul(&columns.global), columns.global.tr_mul(&columns.local), local)
+                (&globals * &columns.global, &globals * &columns.local, local)
             })
             .collect();
         let mut a = DMatrix::from_diagonal(&self.global_prior.component_mul(&self.global_prior));

@@ -86,19 +86,16 @@ impl Noise {
     /// Turns a residual into one that is white with unit variance, in place. The first samples, whose past is not known, are
     /// only scaled.
     pub fn whiten(&self, residual: &mut [f64]) {
-        let order = self.coefficients.len();
-        let scale = 1.0 / self.innovation;
-        for place in (0..residual.len()).rev() {
-            if place < order {
-                residual[place] /= self.rms;
-                continue;
+        let past = residual.to_vec();
+        let order = self.coefficients.len().min(residual.len());
+        let (first, others) = residual.split_at_mut(order);
+        for (lag, coefficient) in self.coefficients.iter().enumerate() {
+            for (value, before) in others.iter_mut().zip(past.iter().skip(order.saturating_sub(1 + lag))) {
+                *value -= coefficient * before;
             }
-            let mut value = residual[place];
-            for (lag, coefficient) in self.coefficients.iter().enumerate() {
-                value -= coefficient * residual[place - 1 - lag];
-            }
-            residual[place] = value * scale;
         }
+        first.iter_mut().for_each(|value| *value /= self.rms);
+        others.iter_mut().for_each(|value| *value /= self.innovation);
     }
 }
 

@@ -33,8 +33,8 @@ pub const WITHIN_REACH: f64 = 10.0;
 const UNCONVERGED: f64 = 1.0;
 /// How often a model grows and its mechanisms are exchanged for better ones.
 const ROUNDS: usize = 2;
-/// The most exchanges in a round.
-const MOST_EXCHANGES: usize = 2;
+/// Exchanges in a round.
+const MOST_EXCHANGES: usize = 1;
 /// The most mechanisms in one model.
 const MOST_MECHANISMS: usize = 3;
 
@@ -134,6 +134,7 @@ pub fn penalty(problem: &Problem, layout: &Layout) -> f64 {
 
 impl Standing {
     fn of(problem: &Problem, trial: Trial, part: Part<'_>) -> Option<Self> {
+        let trial = Trial::new(problem, trial.fit.touched(problem, part));
         let fewer = (0..trial.fit.layout.entrants.len()).map(|place| without(problem, &trial, place, part)).collect();
         let tangent = trial.fit.tangent(problem, part)?;
         let rest = omnibus(problem, &trial.fit, &tangent);
@@ -243,9 +244,11 @@ impl Selecting<'_> {
                 && let [Some(again)] = larger.fewer.as_slice()
                 && again.fit.cost < here.trial.fit.cost - UNCONVERGED
             {
-                here = Standing::of(self.problem, again.clone(), self.part)?;
-                self.retuned = here.clone();
-                continue;
+                self.retuned = Standing::of(self.problem, again.clone(), self.part)?;
+                if again.bic - next.bic < ENOUGH {
+                    here = self.retuned.clone();
+                    continue;
+                }
             }
             let larger = self.needed(larger)?;
             if larger.mechanisms() <= number {

@@ -7,10 +7,11 @@
 //! | `ambiguous` | at least one of them is known only up to a set |
 //! | `unexplained` | something significant is left that no mechanism of the list explains, or only one in a shape that nothing has |
 
-use thud_sim::mechanism::Scale;
+use thud_sim::mechanism::{Parameter, Scale};
 
-use super::layout::{Role, coordinate_of, value_of};
-use super::select::{Selection, WITHIN_REACH};
+use super::fit::Fit;
+use super::layout::{Entrant, Role, coordinate_of, value_of};
+use super::select::{Selection, Trial, WITHIN_REACH};
 
 /// A rest is significant from here, in standard deviations of the omnibus test.
 pub const SIGNIFICANT: f64 = 6.0;
@@ -88,27 +89,43 @@ pub struct Unlikely {
 /// relaxation within a tenth of a millisecond is no rubber's. (A strength may be anything.)
 #[must_use]
 pub fn unlikely(selection: &Selection, place: usize) -> Option<Unlikely> {
-    let fit = &selection.best.fit;
     let deviations = selection.deviations.as_ref()?;
-    let parameters = fit.layout.entrants.get(place)?.effect.mechanism().parameters;
-    let globals = fit.layout.globals.iter().zip(&fit.point.globals).zip(deviations.iter());
-    globals
-        .filter_map(|((coordinate, here), sd)| match coordinate.role {
-            Role::Mechanism { entrant, place: number } if entrant == place => Some((&parameters[number], *here, *sd)),
-            _ => None,
+    shapes(&selection.best.fit, place)
+        .filter(|shape| shape.beyond > FAR && shape.beyond > SURELY * deviations[shape.global] / shape.width)
+        .max_by(|a, b| a.beyond.total_cmp(&b.beyond))
+        .map(|shape| Unlikely {
+            name: shape.parameter.name,
+            unit: shape.parameter.unit,
+            value: value_of(shape.parameter, selection.best.fit.point.globals[shape.global]),
+            likely: shape.parameter.plausible,
         })
-        .filter(|(parameter, ..)| parameter.null.is_none())
-        .map(|(parameter, here, sd)| {
-            let (low, high) = parameter.plausible;
-            let (from, to) = (coordinate_of(parameter, low), coordinate_of(parameter, high));
-            let unit = if parameter.scale == Scale::Logarithmic { 1.0 } else { to - from };
-            let beyond = (from - here).max(here - to) / unit;
-            let value = value_of(parameter, here);
-            (beyond, sd / unit, Unlikely { name: parameter.name, unit: parameter.unit, value, likely: (low, high) })
-        })
-        .filter(|(beyond, sd, _)| *beyond > FAR && *beyond > SURELY * sd)
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(.., unlikely)| unlikely)
+}
+
+/// A parameter that shapes a mechanism.
+struct Shape {
+    parameter: &'static Parameter,
+    /// Which global coordinate it is.
+    global: usize,
+    /// What distances of that coordinate are counted in.
+    width: f64,
+    /// How far it is beyond what is likely.
+    beyond: f64,
+}
+
+/// The shapes of the mechanism in one place of a fit.
+fn shapes(fit: &Fit, place: usize) -> impl Iterator<Item = Shape> {
+    let parameters = fit.layout.entrants[place].effect.mechanism().parameters;
+    fit.layout.globals.iter().zip(&fit.point.globals).enumerate().filter_map(move |(global, (coordinate, here))| {
+        let parameter = match coordinate.role {
+            Role::Mechanism { entrant, place: number } if entrant == place => &parameters[number],
+            _ => return None,
+        };
+        let (low, high) = parameter.plausible;
+        let (from, to) = (coordinate_of(parameter, low), coordinate_of(parameter, high));
+        let width = if parameter.scale == Scale::Logarithmic { 1.0 } else { to - from };
+        let beyond = (from - here).max(here - to) / width;
+        parameter.null.is_none().then_some(Shape { parameter, global, width, beyond })
+    })
 }
 
 /// Whether something significant is left that is worth a word, or is called by a name that cannot be its.
@@ -127,7 +144,15 @@ pub fn rest_share(selection: &Selection) -> f64 {
     let alone = if selection.alone.p_value < UNLIKELY { selection.alone.excess } else { 0.0 };
     let left = together.max(alone);
     let gained = (selection.baseline.cost - selection.best.fit.cost).max(0.0);
-    let misnamed = |place: &usize| unlikely(selection, *place).is_some();
+    // One in whose place a likelier one may be is known up to a set, not wrong.
+    let likelier = |place: usize| {
+        let mut rivals = within_reach(selection, place);
+        rivals.any(|(_, trial)| {
+            let places = 0..trial.fit.layout.entrants.len();
+            places.flat_map(|place| shapes(&trial.fit, place)).all(|shape| shape.beyond <= FAR)
+        })
+    };
+    let misnamed = |place: &usize| unlikely(selection, *place).is_some() && !likelier(*place);
     let of_place = |place: usize| selection.worth.get(place).map_or(gained, |worth| worth.clamp(0.0, gained));
     let places = 0..selection.best.fit.layout.entrants.len();
     let unnamed = left + places.filter(misnamed).map(of_place).sum::<f64>().min(gained);
@@ -138,20 +163,28 @@ pub fn rest_share(selection: &Selection) -> f64 {
 #[must_use]
 pub fn twins(selection: &Selection, place: usize) -> Vec<(&'static str, f64)> {
     let mut twins: Vec<(&'static str, f64)> = Vec::new();
-    let reach = WITHIN_REACH.max(LIKENESS * selection.worth.get(place).copied().unwrap_or(0.0));
-    let chosen = &selection.best.fit.layout.entrants[place];
-    for (of, trial) in &selection.rivals {
+    for (id, trial) in within_reach(selection, place) {
         let gap = trial.bic - selection.best.bic;
-        let Some(rival) = trial.fit.layout.entrants.last() else { continue };
-        let id = rival.effect.mechanism().id;
-        let same_size = trial.fit.layout.entrants.len() == selection.best.fit.layout.entrants.len();
-        if *of == place && same_size && gap < reach && id != chosen.effect.mechanism().id {
-            match twins.iter_mut().find(|(known, _)| *known == id) {
-                Some((_, known)) => *known = known.min(gap),
-                None => twins.push((id, gap)),
-            }
+        match twins.iter_mut().find(|(known, _)| *known == id) {
+            Some((_, known)) => *known = known.min(gap),
+            None => twins.push((id, gap)),
         }
     }
     twins.sort_by(|a, b| a.1.total_cmp(&b.1));
     twins
+}
+
+/// Models with another mechanism in this place that are as good, and which it is.
+fn within_reach(selection: &Selection, place: usize) -> impl Iterator<Item = (&'static str, &Trial)> {
+    let reach = WITHIN_REACH.max(LIKENESS * selection.worth.get(place).copied().unwrap_or(0.0));
+    let id_of = |entrant: &Entrant| entrant.effect.mechanism().id;
+    let chosen = &selection.best.fit.layout.entrants;
+    let near = move |(of, trial): &&(usize, Trial)| {
+        *of == place && trial.fit.layout.entrants.len() == chosen.len() && trial.bic - selection.best.bic < reach
+    };
+    selection.rivals.iter().filter(near).filter_map(move |(_, trial)| {
+        let mut ids = trial.fit.layout.entrants.iter().map(id_of);
+        let other = ids.find(|id| chosen.iter().all(|chosen| id_of(chosen) != *id));
+        other.map(|id| (id, trial))
+    })
 }
