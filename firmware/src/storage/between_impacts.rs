@@ -79,20 +79,24 @@ impl<F: AskedFlash> NorFlash for BetweenImpacts<F> {
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), F::Error> {
         for page in (from..to).step_by(Self::ERASE_SIZE) {
-            while {
+            loop {
                 let may = self.pause().await;
-                !self.flash.erase_if(page, may).await?
-            } {}
+                if self.flash.erase_if(page, may).await? {
+                    break;
+                }
+            }
         }
         Ok(())
     }
 
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), F::Error> {
         for (place, word) in (offset..).step_by(Self::WRITE_SIZE).zip(bytes.chunks(Self::WRITE_SIZE)) {
-            while {
+            loop {
                 let may = self.pause().await;
-                !self.flash.write_if(place, word, may).await?
-            } {}
+                if self.flash.write_if(place, word, may).await? {
+                    break;
+                }
+            }
         }
         Ok(())
     }

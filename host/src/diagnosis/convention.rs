@@ -14,8 +14,11 @@
 //! An acceleration is that of the moving body: the rig slows it down. Where the pulse points the other way, the axis of the
 //! accelerometer does.
 
+use std::f64::consts::PI;
+
 use thud_sim::rig::Quantity;
 
+use super::problem::{contact_time_s, median};
 use crate::campaign::{Loaded, Observed, RigKind};
 
 /// Of the stated speed: what moves faster than this before contact, comes.
@@ -49,8 +52,6 @@ fn displacement(loaded: &Loaded) -> Quantity {
     if campaign.rig.kind == RigKind::Fall {
         return Quantity::Position;
     }
-    let rig = crate::model::simulated(&campaign.rig);
-    let stiffness = rig.effective_stiffness_n_per_m();
     let mut slopes = Vec::new();
     let mut heights = Vec::new();
     for (entry, recording) in campaign.recordings.iter().zip(&loaded.recordings) {
@@ -59,18 +60,19 @@ fn displacement(loaded: &Loaded) -> Quantity {
         let speed = entry.impact_speed_m_per_s.value;
         let Some(farthest) = (0..values.len()).max_by(|a, b| values[*a].total_cmp(&values[*b])) else { continue };
         // From the beginning to half a contact before contact.
-        let contact_time_s = std::f64::consts::PI * (entry.effective_mass_kg.value / stiffness).sqrt();
+        let contact_time_s = contact_time_s(&campaign.rig, entry.effective_mass_kg.value);
         let end = times_s.partition_point(|time| *time < times_s[farthest] - contact_time_s);
         if let Some(slope) = slope(&times_s[..end], &values[..end]) {
             slopes.push(slope / speed);
         }
         let rest = median(values[..end.max(1)].to_vec()).unwrap_or(0.0);
-        heights.push((values[farthest] - rest) / (speed * (entry.effective_mass_kg.value / stiffness).sqrt()));
+        heights.push((values[farthest] - rest) / (speed * contact_time_s / PI));
     }
     if median(slopes).is_some_and(|slope| slope > COMES) {
         return Quantity::Position;
     }
-    let stroke_of_depth = stiffness / rig.body_stiffness_n_per_m;
+    let rig = crate::model::simulated(&campaign.rig);
+    let stroke_of_depth = rig.effective_stiffness_n_per_m() / rig.body_stiffness_n_per_m;
     match median(heights) {
         // Nearer to 1 than to the springs' part, on a scale of ratios.
         Some(height) if stroke_of_depth < 1.0 && height > stroke_of_depth.sqrt() => Quantity::Depth,
@@ -86,7 +88,7 @@ fn direction(loaded: &Loaded) -> f64 {
         .iter()
         .filter_map(|recording| recording.channel(column))
         .filter_map(|values| {
-            let rest = median(values[..(values.len() / 20).max(1).min(values.len())].to_vec())?;
+            let rest = median(values[..a_twentieth(values)].to_vec())?;
             values.iter().map(|value| value - rest).max_by(|a, b| a.abs().total_cmp(&b.abs()))
         })
         .map(f64::signum)
@@ -103,13 +105,18 @@ fn fall_direction(loaded: &Loaded) -> f64 {
         .iter()
         .filter_map(|recording| recording.channel(Observed::Acceleration.column()))
         .filter_map(|values| {
-            let end = (values.len() / 20).max(1).min(values.len());
+            let end = a_twentieth(values);
             let first = median(values[..end].to_vec())?;
             let last = median(values[values.len() - end..].to_vec())?;
             Some(if first.abs() > gravity / 2.0 { first.signum() } else { (first - last).signum() })
         })
         .sum();
     if signs < 0.0 { -1.0 } else { 1.0 }
+}
+
+/// How many values are a twentieth of all; one at least, where there is one.
+fn a_twentieth(values: &[f64]) -> usize {
+    (values.len() / 20).max(1).min(values.len())
 }
 
 /// Slope of the straight line; `None` of fewer than eight samples.
@@ -122,9 +129,4 @@ fn slope(times_s: &[f64], values: &[f64]) -> Option<f64> {
     let along: f64 = times_s.iter().zip(values).map(|(t, v)| (t - time) * (v - value)).sum();
     let square: f64 = times_s.iter().map(|t| (t - time).powi(2)).sum();
     Some(along / square)
-}
-
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }

@@ -308,7 +308,8 @@ fn rest(values: &[f64]) -> Option<(f64, f64)> {
     Some((zero, deviation / GAUSSIAN_MEDIAN))
 }
 
-fn median(mut values: Vec<f64>) -> Option<f64> {
+/// The middle one; `None` of none.
+pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
     let middle = values.len() / 2;
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
@@ -322,7 +323,7 @@ fn spread(prepared: &[Prepared], channel: usize) -> f64 {
 }
 
 /// Half a period of the mass on the springs, s; in a fall there are none, and a tenth of a second stands for it.
-fn contact_time_s(rig: &Rig, mass_kg: f64) -> f64 {
+pub(super) fn contact_time_s(rig: &Rig, mass_kg: f64) -> f64 {
     match rig.kind {
         RigKind::Fall => 0.1,
         _ => std::f64::consts::PI * (mass_kg / crate::model::simulated(rig).effective_stiffness_n_per_m()).sqrt(),

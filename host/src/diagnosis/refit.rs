@@ -37,10 +37,10 @@ pub struct Breadth {
 impl Breadth {
     /// For one more mechanism.
     pub const MORE: Self = Self { tried: 14, begun: 4, refitted: 9, starts: 2 };
-    /// For the same where so much is left that no tangent says anything.
-    const EVERY: Self = Self { tried: usize::MAX, begun: 2, refitted: usize::MAX, starts: 1 };
     /// For another in the place of one that stands.
     pub const INSTEAD: Self = Self { tried: 8, begun: 2, refitted: 6, starts: 1 };
+    /// For either where so much is left that no tangent says anything.
+    const EVERY: Self = Self { tried: usize::MAX, begun: 2, refitted: usize::MAX, starts: 1 };
 }
 
 /// Of the refitted ones, how many until they converge.
@@ -59,12 +59,12 @@ const LONGER: f64 = 1.7;
 const MUCH: f64 = 100.0;
 /// And of so many enormous.
 const ENORMOUS: f64 = 2000.0;
-/// Mechanisms that are fitted where very much is left though they promise nothing, and from how many strengths each: the last is beyond what is likely.
+/// Mechanisms that are fitted where very much is left though they promise nothing, and from how many strengths each: the last is
+/// beyond what is likely.
 const SILENT: usize = 3;
 const SILENT_STRENGTHS: u32 = 6;
 /// A score below this is not refitted.
 const LEAST_SCORE: f64 = 3.5;
-
 /// A mechanism in some recordings takes this much more off χ² than the same everywhere.
 const CLEARLY_MORE: f64 = 30.0;
 

@@ -13,7 +13,7 @@ use thud_sim::mechanism::Mechanism;
 
 use super::candidate::Reach;
 use super::fit::{Effort, Fit, Part, Tangent};
-use super::layout::{Layout, Role, Scope};
+use super::layout::{Entrant, Layout, Role, Scope};
 use super::locate::{Alone, alone};
 use super::omnibus::{Omnibus, omnibus};
 use super::problem::{Prepared, Problem};
@@ -33,8 +33,6 @@ pub const WITHIN_REACH: f64 = 10.0;
 const UNCONVERGED: f64 = 1.0;
 /// How often a model grows and its mechanisms are exchanged for better ones.
 const ROUNDS: usize = 2;
-/// Exchanges in a round.
-const MOST_EXCHANGES: usize = 1;
 /// The most mechanisms in one model.
 const MOST_MECHANISMS: usize = 3;
 
@@ -142,13 +140,18 @@ impl Standing {
         Some(Self { trial, tangent, rest, alone, fewer })
     }
 
-    fn mechanisms(&self) -> usize {
-        self.trial.fit.layout.entrants.len()
+    fn entrants(&self) -> &[Entrant] {
+        &self.trial.fit.layout.entrants
     }
 
-    fn has_the_mechanisms_of(&self, other: &Self) -> bool {
-        let (these, others) = (&self.trial.fit.layout.entrants, &other.trial.fit.layout.entrants);
-        these.len() == others.len() && these.iter().zip(others).all(|(this, other)| this.is_same_as(other))
+    fn mechanisms(&self) -> usize {
+        self.entrants().len()
+    }
+
+    /// Whether its mechanisms are these, in this order.
+    fn has(&self, others: &[Entrant]) -> bool {
+        self.mechanisms() == others.len()
+            && self.entrants().iter().zip(others).all(|(this, other)| this.is_same_as(other))
     }
 
     /// Whether what it leaves is more than noise and traces of the usual imperfections.
@@ -178,16 +181,16 @@ pub fn select(
         Selecting { problem, mechanisms, lines_hz, part: &all, retuned, screened: Vec::new(), rivals: Vec::new() };
     let mut here = selecting.retuned.clone();
     for round in 0..ROUNDS {
-        let before = here.clone();
+        let before = here.entrants().to_vec();
         here = selecting.grow(here, progress)?;
-        let settled = round > 0 && here.has_the_mechanisms_of(&before);
+        let settled = round > 0 && here.has(&before);
         if settled || here.mechanisms() < 2 {
             break;
         }
         progress("is each of them needed");
-        let grown = here.clone();
+        let grown = here.entrants().to_vec();
         here = selecting.exchanged(here)?;
-        if here.has_the_mechanisms_of(&grown) {
+        if here.has(&grown) {
             break;
         }
     }
@@ -265,35 +268,32 @@ impl Selecting<'_> {
         Some(here)
     }
 
-    /// Refits the others in the place of each mechanism and takes what is better, until nothing is. What was exchanged comes last.
+    /// Refits the others in the place of each mechanism and takes the best, if it is better; it comes last.
     fn exchanged(&mut self, from: Standing) -> Option<Standing> {
         self.rivals.clear();
-        let mut here = from;
-        let last = here.mechanisms() - 1;
-        for exchange in 0..=MOST_EXCHANGES {
-            // What was exchanged has had its rivals.
-            for place in 0..if exchange == 0 { last + 1 } else { last } {
-                let stand_ins = self.stand_ins(&here, place);
-                self.rivals.extend(stand_ins.into_iter().map(|trial| (place, trial)));
-            }
-            let better = self.rivals.iter().filter(|(_, trial)| trial.bic < here.trial.bic - 1.0);
-            let best = better.min_by(|a, b| a.1.bic.total_cmp(&b.1.bic)).cloned();
-            let Some((place, trial)) = best.filter(|_| exchange < MOST_EXCHANGES) else { break };
-            self.rivals.retain(|(of, other)| *of == place && other.bic > trial.bic);
-            self.rivals.push((place, here.trial));
-            self.rivals.iter_mut().for_each(|(of, _)| *of = last);
-            here = Standing::of(self.problem, trial, self.part)?;
-        }
+        let last = from.mechanisms() - 1;
+        (0..=last).for_each(|place| self.find_rivals(&from, place));
+        let better = self.rivals.iter().filter(|(_, trial)| trial.bic < from.trial.bic - 1.0);
+        let Some((place, trial)) = better.min_by(|a, b| a.1.bic.total_cmp(&b.1.bic)).cloned() else {
+            return Some(from);
+        };
+        self.rivals.retain(|(of, other)| *of == place && other.bic > trial.bic);
+        self.rivals.push((place, from.trial));
+        self.rivals.iter_mut().for_each(|(of, _)| *of = last);
+        let here = Standing::of(self.problem, trial, self.part)?;
+        // What was exchanged has had its rivals.
+        (0..last).for_each(|place| self.find_rivals(&here, place));
         Some(here)
     }
 
-    /// The others, each refitted in the place of one mechanism.
-    fn stand_ins(&self, here: &Standing, place: usize) -> Vec<Trial> {
-        let Some(fewer) = here.fewer[place].as_ref().map(|fewer| &fewer.fit) else { return Vec::new() };
-        let Some(tangent) = fewer.tangent(self.problem, self.part) else { return Vec::new() };
+    /// Refits the others in the place of one mechanism.
+    fn find_rivals(&mut self, here: &Standing, place: usize) {
+        let Some(fewer) = here.fewer[place].as_ref().map(|fewer| &fewer.fit) else { return };
+        let Some(tangent) = fewer.tangent(self.problem, self.part) else { return };
         let rest = omnibus(self.problem, fewer, &tangent);
         let scores = self.scores(fewer, &tangent, &here.trial.fit);
-        refit(self.problem, fewer, &scores, rest, Breadth::INSTEAD, self.part)
+        let rivals = refit(self.problem, fewer, &scores, rest, Breadth::INSTEAD, self.part);
+        self.rivals.extend(rivals.into_iter().map(|trial| (place, trial)));
     }
 
     /// Scores beside a fit, of all mechanisms that another one has not.

@@ -12,9 +12,7 @@
 //! M·q̈ + C·q̇ + g = τ + τ_c.
 
 use nalgebra::DVector;
-
-/// Acceleration of free fall, m/s².
-const G: f64 = 9.806_65;
+use thud_sim::rig::STANDARD_GRAVITY_M_PER_S2;
 
 /// A uniform link that is clamped in its joint, and what bends it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,7 +44,7 @@ impl LoadedLink {
     }
 
     fn weight_n_per_m(&self) -> f64 {
-        self.mass_per_length_kg_per_m * G * self.elevation_rad.cos()
+        self.mass_per_length_kg_per_m * STANDARD_GRAVITY_M_PER_S2 * self.elevation_rad.cos()
     }
 }
 
@@ -93,7 +91,7 @@ mod tests {
         let by_pieces = |at: f64| -> f64 {
             let (count, beyond) = (20_000, BLADE.length_m - at);
             let piece = beyond / f64::from(count);
-            let weight = BLADE.mass_per_length_kg_per_m * piece * G * BLADE.elevation_rad.cos();
+            let weight = BLADE.mass_per_length_kg_per_m * piece * STANDARD_GRAVITY_M_PER_S2 * BLADE.elevation_rad.cos();
             (0..count).map(|number| weight * (f64::from(number) + 0.5) * piece).sum::<f64>()
                 + BLADE.tip_force_n * beyond
                 + BLADE.tip_torque_n_m
