@@ -25,6 +25,14 @@ pub enum ImageError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// Older than what it is built from, by the list that cargo writes beside it.
+    #[error("{path} is older than {changed}; `cargo xtask size` builds it anew")]
+    Stale {
+        /// The program.
+        path: PathBuf,
+        /// What has changed since.
+        changed: String,
+    },
     /// Not an ELF file for this chip.
     #[error("{path}: {reason}")]
     Format {
@@ -63,6 +71,9 @@ impl Image {
     /// [`ImageError`].
     pub fn read(path: &Path) -> Result<Self, ImageError> {
         let elf = std::fs::read(path).map_err(|source| ImageError::Read { path: path.to_owned(), source })?;
+        if let Some(changed) = changed_source(path) {
+            return Err(ImageError::Stale { path: path.to_owned(), changed });
+        }
         Self::parse(elf).map_err(|reason| ImageError::Format { path: path.to_owned(), reason })
     }
 
@@ -132,4 +143,16 @@ impl Image {
         }
         (waits, sends)
     }
+}
+
+/// A source, of those that cargo lists in `program.d`, that has changed or gone since the program was built.
+fn changed_source(program: &Path) -> Option<String> {
+    let modified = |path: &Path| std::fs::metadata(path).and_then(|about| about.modified()).ok();
+    let list = std::fs::read_to_string(program.with_extension("d")).ok()?;
+    let built = modified(program)?;
+    let (_, sources) = list.lines().next()?.split_once(": ")?;
+    // A blank within a name has a backslash before it.
+    let names = sources.replace("\\ ", "\0");
+    let mut names = names.split(' ').map(|name| name.replace('\0', " "));
+    names.find(|name| modified(Path::new(name)).is_none_or(|modified| modified > built))
 }

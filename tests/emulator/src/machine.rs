@@ -17,7 +17,7 @@ use unicorn_engine::{Arch, ArmCpuModel, Mode, Prot, RegisterARM as Reg, Unicorn}
 use crate::chip::Chip;
 use crate::chip::map::{BANK, BANK_1, BANK_2, CCM, CCM_SIZE, INFORMATION, INFORMATION_SIZE, RAM, RAM_SIZE, UNIQUE_ID};
 use crate::image::Image;
-use crate::moment::Picoseconds;
+use crate::moment::{MICROSECOND, Picoseconds, microseconds_up};
 
 mod exceptions;
 mod hooks;
@@ -270,7 +270,8 @@ impl Machine {
         self.cpu.reg_write(register, value).expect("a register of the Cortex-M4");
     }
 
-    /// Runs until `limit`, or until something happens that the processor cannot go on after.
+    /// Runs until `limit`, until the controller wants something from the bus, or until something happens that the processor cannot go
+    /// on after.
     pub fn run_until(&mut self, limit: Picoseconds) -> Halt {
         loop {
             let chip = self.chip_mut();
@@ -282,6 +283,8 @@ impl Machine {
                 }
             }
             let chip = self.chip();
+            // The program must not run ahead of the bus that it has just given something to.
+            let limit = chip.can.oldest_request().map_or(limit, |at| limit.min(microseconds_up(at) * MICROSECOND));
             if chip.nvic.reset_requested() {
                 return Halt::ResetRequested;
             }

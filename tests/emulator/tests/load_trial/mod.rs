@@ -145,6 +145,7 @@ pub fn run(seed: u64, impacts: u32, mut progress: impl FnMut(u32)) -> (Outcome, 
         lab.emulator_mut().run_until(contact + OPEN);
         let alarms = lab.crossed(ALARM);
         assert_eq!(alarms.len(), 1, "impact {number}: {alarms:?}");
+        assert!(alarms[0].loaded > contact, "impact {number}: an alarm before the contact");
         outcome.alarms_s.push(alarms[0].ended.as_micros() as f64 * 1e-6 - contact_s - passes_s);
         // The impact is open before its alarm goes to the controller, and still: nothing may begin from then on, not even what had
         // waited for its turn just before.
