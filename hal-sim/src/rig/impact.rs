@@ -1,13 +1,25 @@
 //! What one impact did: the force at the cell and the motion at any instant, and the truth about it.
 
+use std::mem;
+use std::sync::Arc;
+
+use super::assembly::Stage;
 use super::integrate::Effort;
 use super::motion::{Instant, MOST_STATES, System};
 use super::trajectory::Trajectory;
-use super::{Approach, Assembly, Kind};
+use super::{Approach, Assembly, Kind, Rig, RigError};
+use crate::mechanism::Effect;
 
 /// A simulated impact. Time is in seconds after first contact (kind `fall`: after release).
 #[derive(Debug)]
 pub struct Impact {
+    motion: Arc<Motion>,
+    chain: Vec<Box<dyn Stage>>,
+}
+
+/// What moved, whoever looks at it.
+#[derive(Debug)]
+struct Motion {
     system: System,
     trajectory: Trajectory,
     intervals: Vec<(f64, Option<f64>)>,
@@ -72,43 +84,53 @@ pub struct Truth {
 
 impl Impact {
     pub(super) fn new(
-        system: System,
+        mut system: System,
         trajectory: Trajectory,
         intervals: Vec<(f64, Option<f64>)>,
         until_s: f64,
         effort: Effort,
     ) -> Self {
-        Self { system, trajectory, intervals, until_s, effort }
+        let chain = mem::take(&mut system.assembly.chain);
+        Self { motion: Arc::new(Motion { system, trajectory, intervals, until_s, effort }), chain }
+    }
+
+    /// The same motion through another measuring chain: that of a rig which differs in mechanisms of the chain only.
+    ///
+    /// # Errors
+    /// A quantity that is no physical value.
+    pub fn through(&self, rig: &Rig, approach: &Approach, effects: &[Effect]) -> Result<Self, RigError> {
+        let chain = Assembly::new(rig, approach, effects)?.chain;
+        Ok(Self { motion: self.motion.clone(), chain })
     }
 
     /// The end of the simulation, s.
     #[must_use]
     pub fn end_s(&self) -> f64 {
-        self.until_s
+        self.motion.until_s
     }
 
     /// The approach as it really was, after mechanisms had changed it.
     #[must_use]
     pub fn approach(&self) -> &Approach {
-        &self.system.assembly.approach
+        &self.motion.system.assembly.approach
     }
 
     /// The rig as it was put together.
     #[must_use]
     pub fn assembly(&self) -> &Assembly {
-        &self.system.assembly
+        &self.motion.system.assembly
     }
 
     /// What the solver had to do.
     #[must_use]
     pub fn effort(&self) -> Effort {
-        self.effort
+        self.motion.effort
     }
 
     /// Begin and end (`None`: still touching) of each contact, s.
     #[must_use]
     pub fn contact_intervals(&self) -> &[(f64, Option<f64>)] {
-        &self.intervals
+        &self.motion.intervals
     }
 
     /// Force at the cell, N. Zero before first contact; after the end, its last value.
@@ -123,7 +145,7 @@ impl Impact {
         if time_s < 0.0 {
             return self.before(quantity, time_s);
         }
-        self.inside(quantity, self.trajectory.find(time_s), time_s)
+        self.inside(quantity, self.motion.trajectory.find(time_s), time_s)
     }
 
     /// A quantity at rising instants.
@@ -137,15 +159,19 @@ impl Impact {
     /// As [`Impact::sample`], into a buffer of the same length.
     pub fn sample_into(&self, quantity: Quantity, times_s: &[f64], values: &mut [f64]) {
         let before = times_s.partition_point(|time_s| *time_s < 0.0);
-        let within = times_s.partition_point(|time_s| *time_s <= self.until_s);
+        let within = times_s.partition_point(|time_s| *time_s <= self.motion.until_s);
         for (time_s, value) in times_s[..before].iter().zip(&mut *values) {
             *value = self.before(quantity, *time_s);
         }
-        values[within.max(before)..].fill(self.inside(quantity, self.trajectory.stretches().len() - 1, self.until_s));
+        values[within.max(before)..].fill(self.inside(
+            quantity,
+            self.motion.trajectory.stretches().len() - 1,
+            self.motion.until_s,
+        ));
         let (mut times_s, mut values) = (&times_s[before..within.max(before)], &mut values[before..within.max(before)]);
         let mut stretch = 0;
         while let Some(first_s) = times_s.first() {
-            let stretches = self.trajectory.stretches();
+            let stretches = self.motion.trajectory.stretches();
             while stretch + 1 < stretches.len() && stretches[stretch].end_s <= *first_s {
                 stretch += 1;
             }
@@ -154,7 +180,7 @@ impl Impact {
             let inside = if last { times_s.len() } else { times_s.partition_point(|time_s| *time_s < end_s) };
             let (here_s, here) = (&times_s[..inside], &mut values[..inside]);
             if quantity == Quantity::CellForce {
-                self.trajectory.cell_n(stretch, here_s, here);
+                self.motion.trajectory.cell_n(stretch, here_s, here);
             } else {
                 here.iter_mut()
                     .zip(here_s)
@@ -176,7 +202,7 @@ impl Impact {
 
     /// Sends a signal (N), sampled at rising instants (s), through the measuring chain's mechanisms.
     pub fn apply_chain(&self, times_s: &[f64], signal_n: &mut [f64]) {
-        for stage in &self.system.assembly.chain {
+        for stage in &self.chain {
             stage.apply(times_s, signal_n);
         }
     }
@@ -184,7 +210,7 @@ impl Impact {
     /// Peaks, impulses and instants, from the dense output.
     #[must_use]
     pub fn truth(&self) -> Truth {
-        let contacts: Vec<Contact> = self.intervals.iter().map(|interval| self.contact(*interval)).collect();
+        let contacts: Vec<Contact> = self.motion.intervals.iter().map(|interval| self.contact(*interval)).collect();
         let (peak_n, peak_s) = contacts.iter().fold((0.0, 0.0), |best, contact| {
             if contact.peak_n > best.0 { (contact.peak_n, contact.peak_s) } else { best }
         });
@@ -192,7 +218,7 @@ impl Impact {
     }
 
     fn contact(&self, (start_s, end_s): (f64, Option<f64>)) -> Contact {
-        let last_s = end_s.unwrap_or(self.until_s);
+        let last_s = end_s.unwrap_or(self.motion.until_s);
         let mut contact = Contact {
             start_s,
             end_s,
@@ -204,8 +230,8 @@ impl Impact {
             speed_before_m_per_s: self.value(Quantity::Velocity, start_s),
             speed_after_m_per_s: self.value(Quantity::Velocity, last_s),
         };
-        let first = self.trajectory.find(start_s);
-        for (number, stretch) in self.trajectory.stretches().iter().enumerate().skip(first) {
+        let first = self.motion.trajectory.find(start_s);
+        for (number, stretch) in self.motion.trajectory.stretches().iter().enumerate().skip(first) {
             if stretch.start_s >= last_s {
                 break;
             }
@@ -213,7 +239,7 @@ impl Impact {
             let half_s = (to_s - from_s) / 2.0;
             for (place, weight) in GAUSS_LEGENDRE_8.into_iter().flat_map(|(x, w)| [(-x, w), (x, w)]) {
                 let instant = self.instant(number, from_s + half_s * (1.0 + place));
-                contact.impulse_ns += weight * half_s * self.system.cell_n(&instant);
+                contact.impulse_ns += weight * half_s * self.motion.system.cell_n(&instant);
                 contact.loss_j += weight * half_s * instant.contact_n * instant.tip_m_per_s;
             }
             for quantity in [Quantity::CellForce, Quantity::Stroke] {
@@ -247,7 +273,7 @@ impl Impact {
     }
 
     fn before(&self, quantity: Quantity, time_s: f64) -> f64 {
-        let assembly = &self.system.assembly;
+        let assembly = &self.motion.system.assembly;
         let sway = assembly
             .sway
             .map(|sway| (sway.position_m(time_s), sway.velocity_m_per_s(time_s), sway.acceleration_m_per_s2(time_s)));
@@ -265,15 +291,15 @@ impl Impact {
 
     fn instant(&self, stretch: usize, time_s: f64) -> Instant {
         let mut state = [0.0; MOST_STATES];
-        let time_s = time_s.min(self.until_s);
-        self.trajectory.state(stretch, time_s, &mut state);
-        self.system.instant(time_s, &state, &self.trajectory.stretches()[stretch].mode)
+        let time_s = time_s.min(self.motion.until_s);
+        self.motion.trajectory.state(stretch, time_s, &mut state);
+        self.motion.system.instant(time_s, &state, &self.motion.trajectory.stretches()[stretch].mode)
     }
 
     fn inside(&self, quantity: Quantity, stretch: usize, time_s: f64) -> f64 {
         if quantity == Quantity::CellForce {
             let mut cell_n = [0.0];
-            self.trajectory.cell_n(stretch, &[time_s.min(self.until_s)], &mut cell_n);
+            self.motion.trajectory.cell_n(stretch, &[time_s.min(self.motion.until_s)], &mut cell_n);
             return cell_n[0];
         }
         let instant = self.instant(stretch, time_s);
@@ -281,7 +307,7 @@ impl Impact {
             Quantity::CellForce => unreachable!("read above"),
             Quantity::ContactForce => instant.contact_n,
             Quantity::Stroke => instant.piece_m,
-            Quantity::Depth if self.trajectory.stretches()[stretch].mode.touching => instant.over_m,
+            Quantity::Depth if self.motion.trajectory.stretches()[stretch].mode.touching => instant.over_m,
             Quantity::Depth => instant.piece_m,
             Quantity::Position => instant.tip_m,
             Quantity::Velocity => instant.tip_m_per_s,

@@ -21,8 +21,11 @@ use super::layout::{Layout, Point, Role};
 use super::predict;
 use super::problem::Problem;
 
-/// An iteration that gains less than this in χ² is the last.
+/// An iteration that gains less than this in χ², or than this part of it, is the last.
 const SMALL_GAIN: f64 = 0.02;
+const SMALL_PART: f64 = 1e-6;
+/// A step that foretells less than this part of it is not tried.
+const FORETOLD: f64 = 0.25;
 /// The most steps that are tried with growing damping before a fit is where it can be.
 const MOST_TRIES: usize = 7;
 /// Whitened residuals beyond this count as a spike: they pull with a constant force only (P. J. Huber, 1964).
@@ -43,21 +46,21 @@ pub struct Effort {
     pub globals: bool,
     /// Whether what is believed of each recording moves within its uncertainty.
     pub nuisances: bool,
+    /// Whether what bends is looked at from both sides.
+    pub central: bool,
 }
 
 impl Effort {
     /// Until it converges.
-    pub const FULL: Self = Self { iterations: 25, globals: true, nuisances: true };
-    /// A first look.
-    pub const BRIEF: Self = Self { iterations: 4, globals: true, nuisances: true };
-    /// A first look from far away.
-    pub const ANEW: Self = Self { iterations: 8, globals: true, nuisances: true };
+    pub const FULL: Self = Self { iterations: 25, globals: true, nuisances: true, central: true };
+    /// A look at how far it goes.
+    pub const LOOK: Self = Self { iterations: 2, globals: true, nuisances: true, central: false };
     /// From where a fit to nearly the same recordings came to.
-    pub const AGAIN: Self = Self { iterations: 4, globals: true, nuisances: true };
+    pub const AGAIN: Self = Self { iterations: 4, globals: true, nuisances: true, central: true };
     /// Only what each recording has for itself.
-    pub const LOCAL: Self = Self { iterations: 8, globals: false, nuisances: true };
+    pub const LOCAL: Self = Self { iterations: 8, globals: false, nuisances: true, central: true };
     /// Only what is not believed at all: contact instants and offsets.
-    pub const NOMINAL: Self = Self { iterations: 12, globals: false, nuisances: false };
+    pub const NOMINAL: Self = Self { iterations: 12, globals: false, nuisances: false, central: true };
 }
 
 /// A fit.
@@ -73,6 +76,8 @@ pub struct Fit {
     pub residuals: Vec<Vec<f64>>,
     /// The model's values of each recording.
     pub model: Vec<Vec<f64>>,
+    /// What the last step took off χ²: nothing, where no step makes it better any more.
+    pub gaining: f64,
 }
 
 /// The derivative of everything by all coordinates at a point.
@@ -112,6 +117,10 @@ pub struct Imitation {
     pub locals: Vec<DVector<f64>>,
 }
 
+fn small_gain(cost: f64) -> f64 {
+    SMALL_GAIN.max(SMALL_PART * cost)
+}
+
 fn robust(residual: f64) -> f64 {
     let size = residual.abs();
     if size <= SPIKE { residual * residual } else { SPIKE * (2.0 * size - SPIKE) }
@@ -148,15 +157,24 @@ impl Fit {
     fn converge(&mut self, problem: &Problem, part: Part<'_>, effort: Effort) {
         let mut damping = 1e-3;
         for _ in 0..effort.iterations {
-            let Some(tangent) = self.tangent(problem, part) else { break };
-            let before = self.cost;
-            let Some(better) = self.improve(problem, &tangent, part, effort, &mut damping) else { break };
-            *self = better;
+            let Some(tangent) = self.tangent_by(problem, part, effort.central) else { break };
+            let Some(better) = self.improve(problem, &tangent, part, effort, &mut damping) else {
+                self.gaining = 0.0;
+                break;
+            };
+            let gaining = self.cost - better.cost;
+            *self = Self { gaining, ..better };
             damping = (damping / 8.0).max(1e-9);
-            if before - self.cost < SMALL_GAIN.max(1e-6 * self.cost) {
+            if self.is_settled() {
                 break;
             }
         }
+    }
+
+    /// Whether more steps would hardly make it better.
+    #[must_use]
+    pub fn is_settled(&self) -> bool {
+        self.gaining < small_gain(self.cost)
     }
 
     /// The residuals at a point, nothing moved.
@@ -185,7 +203,7 @@ impl Fit {
             .collect();
         let cost =
             residuals.iter().flatten().map(|r| robust(*r)).sum::<f64>() + prior_cost(problem, &layout, &point, part);
-        Some(Self { layout, point, cost, residuals, model: all })
+        Some(Self { layout, point, cost, residuals, model: all, gaining: f64::INFINITY })
     }
 
     /// The same with every contact at the instant nearby that fits best, all else as given. A step at contact that moves past a sample is
@@ -232,8 +250,12 @@ impl Fit {
     /// The derivative at the fit.
     #[must_use]
     pub fn tangent(&self, problem: &Problem, part: Part<'_>) -> Option<Tangent> {
+        self.tangent_by(problem, part, true)
+    }
+
+    fn tangent_by(&self, problem: &Problem, part: Part<'_>, central: bool) -> Option<Tangent> {
         let recordings: Option<Vec<RecordingTangent>> =
-            part.par_iter().map(|&recording| self.recording_tangent(problem, recording)).collect();
+            part.par_iter().map(|&recording| self.recording_tangent(problem, recording, central)).collect();
         let inverse = |prior: Option<(f64, f64)>| prior.map_or(0.0, |(_, sd)| 1.0 / sd);
         let global_prior = DVector::from_iterator(
             self.layout.globals.len(),
@@ -242,7 +264,7 @@ impl Fit {
         Some(Tangent { recordings: recordings?, global_prior })
     }
 
-    fn recording_tangent(&self, problem: &Problem, recording: usize) -> Option<RecordingTangent> {
+    fn recording_tangent(&self, problem: &Problem, recording: usize, central: bool) -> Option<RecordingTangent> {
         let layout = &self.layout;
         let rows = self.model[recording].len();
         let here = &self.model[recording];
@@ -257,9 +279,13 @@ impl Fit {
             whiten(problem, &mut column);
             Some(column)
         };
-        let difference = |moved: &Point, step: f64| {
-            let impact = predict::strike(problem, layout, moved, recording).ok()?;
-            read(moved, &impact, step)
+        let difference = |moved: &Point, step: f64, role: Role| {
+            let moved_impact = if layout.is_seen_only(role) {
+                predict::through(problem, layout, moved, recording, &impact)
+            } else {
+                predict::strike(problem, layout, moved, recording)
+            };
+            read(moved, &moved_impact.ok()?, step)
         };
         let mut global = DMatrix::zeros(rows, layout.globals.len());
         let mut local = DMatrix::zeros(rows, layout.locals.len());
@@ -276,13 +302,13 @@ impl Fit {
             let quotient = |step: f64| {
                 let mut moved = self.point.clone();
                 moved.globals[place] += step;
-                // The motion is the same, it is only read through another filter.
-                if coordinate.role == Role::Converter { read(&moved, &impact, step) } else { difference(&moved, step) }
+                difference(&moved, step, coordinate.role)
             };
             let mut column = stepped(coordinate.step, coordinate.range, self.point.globals[place], quotient)?;
             // Stiffnesses in series and a mass nearly imitate each other: the bend of a one-sided difference would tell them apart.
             // A strength moves jumps, of which one side sees only those that come too soon.
-            if (place < layout.of_rig || matches!(coordinate.role, Role::Mechanism { place: 0, .. }))
+            if central
+                && (place < layout.of_rig || matches!(coordinate.role, Role::Mechanism { place: 0, .. }))
                 && let Some(other) = quotient(-coordinate.step)
             {
                 column.iter_mut().zip(&other).for_each(|(a, b)| *a = 0.5 * (*a + b));
@@ -319,11 +345,12 @@ impl Fit {
                     let quotient = |step: f64| {
                         let mut moved = self.point.clone();
                         moved.locals[recording][place] += step;
-                        difference(&moved, step)
+                        difference(&moved, step, coordinate.role)
                     };
                     let mut column =
                         stepped(coordinate.step, coordinate.range, self.point.locals[recording][place], quotient)?;
-                    if coordinate.role == Role::Speed
+                    if central
+                        && coordinate.role == Role::Speed
                         && let Some(other) = quotient(-coordinate.step)
                     {
                         column.iter_mut().zip(&other).for_each(|(a, b)| *a = 0.5 * (*a + b));
@@ -379,6 +406,7 @@ impl Fit {
                 }
             }
         }
+        let whole = effort.globals && effort.nuisances;
         for _ in 0..MOST_TRIES {
             let normal = if effort.globals { weighted.normal(*damping) } else { weighted.frozen(*damping) };
             let Some(normal) = normal else {
@@ -386,6 +414,11 @@ impl Fit {
                 continue;
             };
             let step = normal.solve(&gradient, &local_gradients);
+            // Damped, a step foretells no less than this.
+            let along_locals: f64 = local_gradients.iter().zip(&step.locals).map(|(pull, step)| pull.dot(step)).sum();
+            if whole && gradient.dot(&step.globals) + along_locals < FORETOLD * small_gain(self.cost) {
+                return None;
+            }
             let mut moved = self.point.clone();
             if effort.globals {
                 for (place, coordinate) in self.layout.globals.iter().enumerate() {

@@ -9,7 +9,7 @@
 //! stated deviation; contact instant and offset are free.
 
 use nalgebra::DVector;
-use thud_sim::mechanism::{Effect, Mechanism, Parameter, Scale, Search};
+use thud_sim::mechanism::{Effect, Mechanism, Parameter, Scale, Search, Site};
 
 use super::fit::Imitation;
 use super::problem::Problem;
@@ -387,6 +387,16 @@ impl Layout {
         let scope = self.entrants[entrant].scope;
         let acts = |number: &usize| scope.includes(*number, problem.recordings[*number].configuration);
         self.effect_at(entrant, point, (0..problem.recordings.len()).find(acts).unwrap_or(0))
+    }
+
+    /// Whether a coordinate leaves the motion as it is: the measuring chain alone sees it.
+    #[must_use]
+    pub fn is_seen_only(&self, role: Role) -> bool {
+        match role {
+            Role::Converter => true,
+            Role::Mechanism { entrant, .. } => self.entrants[entrant].effect.mechanism().site == Site::Chain,
+            _ => false,
+        }
     }
 
     /// A mechanism's values at a point, in one recording.

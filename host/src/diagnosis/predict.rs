@@ -22,6 +22,21 @@ pub fn strike(problem: &Problem, layout: &Layout, point: &Point, recording: usiz
     strike_until(problem, layout, point, recording, until_s)
 }
 
+/// The same motion, with the mechanisms of the measuring chain as they are at another point.
+///
+/// # Errors
+/// A combination of values that cannot be simulated.
+pub fn through(
+    problem: &Problem,
+    layout: &Layout,
+    point: &Point,
+    recording: usize,
+    impact: &Impact,
+) -> Result<Impact, RigError> {
+    let (rig, approach, effects) = assembled(problem, layout, point, recording);
+    impact.through(&rig, &approach, &effects)
+}
+
 fn strike_until(
     problem: &Problem,
     layout: &Layout,
@@ -29,6 +44,11 @@ fn strike_until(
     recording: usize,
     until_s: f64,
 ) -> Result<Impact, RigError> {
+    let (rig, approach, effects) = assembled(problem, layout, point, recording);
+    rig.strike(&approach, &effects, until_s.max(1e-3), ACCURACY)
+}
+
+fn assembled(problem: &Problem, layout: &Layout, point: &Point, recording: usize) -> (Rig, Approach, Vec<Effect>) {
     let prepared = &problem.recordings[recording];
     let mut rig: Rig = model::simulated(&problem.rig);
     let mut speed = prepared.speed.value;
@@ -56,7 +76,7 @@ fn strike_until(
         configuration: prepared.configuration as u32,
         order: prepared.order,
     };
-    rig.strike(&approach, &effects, until_s.max(1e-3), ACCURACY)
+    (rig, approach, effects)
 }
 
 /// Reads from the simulated motion what the channels show at the recording's instants, all series one after the other.

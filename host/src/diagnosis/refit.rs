@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! scores ─▶ the best starts of each mechanism ─▶ simulate each once, a little weaker or stronger ─▶ 9 mechanisms, 2 starts each
-//!        ─▶ 4 iterations ─▶ who leads, and who was promised to, until they converge ─▶ best by BIC
+//!        ─▶ 2 looks ─▶ who leads, and who was promised to, until they converge ─▶ best by BIC
 //! ```
 //!
 //! A score is a promise of a tangent, what the simulation makes of it is another opinion: half of the starts are chosen by the one,
@@ -43,12 +43,18 @@ impl Breadth {
     const EVERY: Self = Self { tried: usize::MAX, begun: 2, refitted: usize::MAX, starts: 1 };
 }
 
+/// How often a start is looked at, and one from far away.
+const LOOKS: usize = 2;
+const LOOKS_ANEW: usize = 4;
 /// Of the refitted ones, how many until they converge.
 const FINISHED: usize = 4;
 /// And who was promised this part of what the best has gained by then.
 const PROMISING: f64 = 0.4;
 /// A belief about the rig or a mass is strained beyond this many of its deviations.
 const STRAINED: f64 = 3.5;
+/// A fit may still gain so many times what its last step did; further from the best than this it is no rival even then.
+const STILL: f64 = 20.0;
+const SPARE: f64 = 50.0;
 /// A signature of which more than this is imitated by re-tuning is mere re-tuning.
 const MERE_TUNING: f64 = 0.995;
 /// How often a start that makes everything worse is taken back, and to which part of it, or one that helps is lengthened.
@@ -74,7 +80,8 @@ struct Start {
     fit: Fit,
     /// What its score promises to take off χ².
     promised: f64,
-    effort: Effort,
+    /// How often it is looked at before it is judged.
+    looks: usize,
 }
 
 /// Which mechanism, and whether everywhere: what is in some recordings only is tried beside what is in all.
@@ -95,7 +102,7 @@ fn kind(entrant: &Entrant) -> Kind {
     (entrant.effect.mechanism().id, entrant.scope == Scope::Everywhere)
 }
 
-/// Refits what scores best, best first.
+/// Refits what scores best, best first. Above the cost `wanted` nothing matters.
 #[must_use]
 pub fn refit(
     problem: &Problem,
@@ -104,13 +111,14 @@ pub fn refit(
     rest: Omnibus,
     breadth: Breadth,
     part: Part<'_>,
+    wanted: f64,
 ) -> Vec<Trial> {
     let breadth = if rest.z() > ENORMOUS { Breadth::EVERY } else { breadth };
     let begun = promising(base, scores, breadth)
         .par_iter()
         .filter_map(|score| {
             let fit = begin(problem, base, score, part)?;
-            Some(Start { fit, promised: score.z * score.z, effort: Effort::BRIEF })
+            Some(Start { fit, promised: score.z * score.z, looks: LOOKS })
         })
         .collect();
     let mut starts = in_turn(begun, breadth);
@@ -121,14 +129,14 @@ pub fn refit(
         let anew = best_of_each.filter_map(|Start { fit, promised, .. }| {
             let stated = fit.layout.as_stated(&fit.point);
             let fit = Fit::at(problem, fit.layout.clone(), stated, part)?;
-            Some(Start { fit, promised: *promised, effort: Effort::ANEW })
+            Some(Start { fit, promised: *promised, looks: LOOKS_ANEW })
         });
         let anew: Vec<Start> = anew.collect();
         starts.extend(anew);
     }
     let silent = unpromised(problem, base, scores, rest, part);
-    starts.extend(silent.into_iter().map(|fit| Start { fit, promised: 0.0, effort: Effort::ANEW }));
-    finished(problem, base, starts, part)
+    starts.extend(silent.into_iter().map(|fit| Start { fit, promised: 0.0, looks: LOOKS_ANEW }));
+    finished(problem, base, starts, part, wanted)
 }
 
 /// Chooses among starts, given in the order of what they promise: the most promising and what the simulation makes most of, in turn.
@@ -150,35 +158,46 @@ fn in_turn(begun: Vec<Start>, breadth: Breadth) -> Vec<Start> {
     taken.into_iter().map(|number| begun[number].clone()).collect()
 }
 
-/// A few iterations each; then who leads, and who was promised to come near the best and has not yet, until they converge.
-fn finished(problem: &Problem, base: &Fit, starts: Vec<Start>, part: Part<'_>) -> Vec<Trial> {
-    let mut brief: Vec<(Trial, f64)> = starts
-        .into_par_iter()
-        .filter_map(|Start { fit, promised, effort }| {
-            let fit = Fit::run(problem, fit.layout, fit.point, part, effort)?;
-            Some((Trial::new(problem, fit), promised))
-        })
-        .collect();
-    brief.sort_by(|a, b| a.0.bic.total_cmp(&b.0.bic));
+/// A few iterations each, as long as there is hope; then who leads, and who was promised to come near the best and has not yet, until
+/// they converge.
+fn finished(problem: &Problem, base: &Fit, mut starts: Vec<Start>, part: Part<'_>, wanted: f64) -> Vec<Trial> {
+    let run = |fit: Fit, effort: Effort| Fit::run(problem, fit.layout, fit.point, part, effort);
+    let mut best = wanted;
+    for look in 0..starts.iter().map(|start| start.looks).max().unwrap_or(0) {
+        let more = |start: &Start| look < start.looks && may_still(&start.fit, best);
+        let looked = |start: Start| {
+            if more(&start) { Some(Start { fit: run(start.fit, Effort::LOOK)?, ..start }) } else { Some(start) }
+        };
+        starts = starts.into_par_iter().filter_map(looked).collect();
+        best = starts.iter().map(|start| start.fit.cost).fold(best, f64::min);
+    }
+    let mut looked: Vec<(Trial, f64)> =
+        starts.into_iter().map(|start| (Trial::new(problem, start.fit), start.promised)).collect();
+    looked.sort_by(|a, b| a.0.bic.total_cmp(&b.0.bic));
     let mut once: HashSet<(&str, Scope)> = HashSet::new();
-    brief.retain(|(trial, _)| {
+    looked.retain(|(trial, _)| {
         let added = added(&trial.fit);
         once.insert((added.effect.mechanism().id, added.scope))
     });
-    let most = brief.first().map_or(0.0, |(best, _)| base.cost - best.fit.cost);
-    let mut trials: Vec<Trial> = brief
+    let most = looked.first().map_or(0.0, |(first, _)| base.cost - first.fit.cost);
+    let mut trials: Vec<Trial> = looked
         .into_par_iter()
         .enumerate()
         .filter_map(|(rank, (trial, promised))| {
-            if rank >= FINISHED && promised < PROMISING * most {
-                return Some(trial);
+            if may_still(&trial.fit, best) && (rank < FINISHED || promised >= PROMISING * most) {
+                Some(Trial::new(problem, run(trial.fit, Effort::FULL)?))
+            } else {
+                Some(trial)
             }
-            let fit = Fit::run(problem, trial.fit.layout, trial.fit.point, part, Effort::FULL)?;
-            Some(Trial::new(problem, fit))
         })
         .collect();
     trials.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     trials
+}
+
+/// Whether a fit may still come near the best.
+fn may_still(fit: &Fit, best: f64) -> bool {
+    !fit.is_settled() && fit.cost - STILL * fit.gaining < best + SPARE
 }
 
 /// Where very much is left, mechanisms that promise nothing: a step at contact that the fit has imitated by an earlier contact looks, to

@@ -16,7 +16,8 @@
 
 use nalgebra::DVector;
 use rayon::prelude::*;
-use thud_sim::mechanism::{Effect, Mechanism, Scale, Search};
+use thud_sim::mechanism::{Effect, Mechanism, Scale, Search, Site};
+use thud_sim::rig::Impact;
 
 use super::candidate::Reach;
 use super::fit::{Fit, Imitation, Normal, Tangent, whiten};
@@ -73,6 +74,10 @@ pub fn screen(
     let all: Vec<usize> = (0..problem.recordings.len()).collect();
     // A fit is never quite where it goes to; what is left of its gradient would look like a score of whatever it can imitate.
     let gradients = fit.gradients(problem, tangent, &all);
+    let motions: Option<Vec<Impact>> =
+        all.par_iter().map(|number| predict::strike(problem, &fit.layout, &fit.point, *number).ok()).collect();
+    let Some(motions) = motions else { return Vec::new() };
+    let shown = Shown { problem, fit, motions: &motions };
     let projection = Projection { problem, fit, tangent, normal: &normal, gradients: &gradients };
     starts
         .par_iter()
@@ -81,14 +86,14 @@ pub fn screen(
             if configurations > 1 {
                 scopes.extend((0..configurations).map(Scope::Configuration));
             }
-            let Some((own, signature)) = turned(problem, fit, tangent, effect) else { return Vec::new() };
+            let Some((own, signature)) = turned(shown, tangent, effect) else { return Vec::new() };
             let Some(mut whole) = projection.score(&signature, Scope::Everywhere) else { return Vec::new() };
             let (mut tried, mut own, mut signature) = (effect.clone(), own, signature);
             let mut longest = LONGEST_WAY;
             // Of a signature that is nearly all imitated a finite strength shows its curvature, not its direction.
             if whole.absorbed > MOSTLY_ABSORBED
                 && scale_strength(&mut tried, SMALL_STRENGTH).is_some()
-                && let Some((smaller_own, smaller)) = turned(problem, fit, tangent, &tried)
+                && let Some((smaller_own, smaller)) = turned(shown, tangent, &tried)
                 && let Some(score) = projection.score(&smaller, Scope::Everywhere)
             {
                 (own, signature, whole) = (smaller_own, smaller, score);
@@ -225,12 +230,13 @@ impl Projection<'_> {
 
 /// A mechanism's signature with each recording's own value, phase or instant, where it fits the residual best, and those values (none
 /// where the mechanism has none).
-fn turned(problem: &Problem, fit: &Fit, tangent: &Tangent, effect: &Effect) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
+fn turned(shown: Shown<'_>, tangent: &Tangent, effect: &Effect) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
+    let fit = shown.fit;
     let parameters = effect.mechanism().parameters;
     let at = |place: usize, value: f64| {
         let mut effect = effect.clone();
         effect.set_value(place, value).ok()?;
-        signature(problem, fit, &Entrant::everywhere(effect))
+        shown.signature(&Entrant::everywhere(effect))
     };
     let Some(place) = parameters.iter().position(thud_sim::mechanism::Parameter::is_of_each_impact) else {
         let mut change = at(0, effect.value(0))?;
@@ -244,7 +250,7 @@ fn turned(problem: &Problem, fit: &Fit, tangent: &Tangent, effect: &Effect) -> O
         return Some((Vec::new(), change));
     };
     let own: Vec<f64> = if parameters[place].search == Search::EachInstant {
-        instants(problem, fit, tangent, |value| at(place, value))
+        instants(shown.problem, fit, tangent, |value| at(place, value))
     } else {
         let first = at(place, effect.value(place))?;
         let second = at(place, effect.value(place) + std::f64::consts::FRAC_PI_2)?;
@@ -259,7 +265,7 @@ fn turned(problem: &Problem, fit: &Fit, tangent: &Tangent, effect: &Effect) -> O
         .collect()
     };
     let entrant = Entrant { own: own.clone(), ..Entrant::everywhere(effect.clone()) };
-    Some((own, signature(problem, fit, &entrant)?))
+    Some((own, shown.signature(&entrant)?))
 }
 
 /// Whether a mechanism's strength has either sign, with none of it at 0.
@@ -292,24 +298,41 @@ fn instants(
     best.into_iter().map(|(_, instant)| instant).collect()
 }
 
-/// Whitened change of every recording when the mechanism enters, everything else as fitted.
-#[must_use]
-pub fn signature(problem: &Problem, fit: &Fit, entrant: &Entrant) -> Option<Vec<Vec<f64>>> {
-    let layout = fit.layout.with(problem, entrant.clone());
-    let point = layout.start_from(problem, &fit.layout, &fit.point);
-    (0..problem.recordings.len())
-        .map(|recording| {
-            let impact = predict::strike(problem, &layout, &point, recording).ok()?;
-            let with = predict::read(problem, &layout, &point, recording, &impact, 0.0);
-            let mut change: Vec<f64> =
-                with.iter().zip(&fit.model[recording]).map(|(with, without)| with - without).collect();
-            if change.iter().any(|value| !value.is_finite()) {
-                return None;
-            }
-            whiten(problem, &mut change);
-            Some(change)
-        })
-        .collect()
+/// What the fit shows, and its motions.
+#[derive(Clone, Copy)]
+struct Shown<'a> {
+    problem: &'a Problem,
+    fit: &'a Fit,
+    motions: &'a [Impact],
+}
+
+impl Shown<'_> {
+    /// Whitened change of every recording when the mechanism enters, everything else as fitted.
+    fn signature(self, entrant: &Entrant) -> Option<Vec<Vec<f64>>> {
+        let Self { problem, fit, motions } = self;
+        let layout = fit.layout.with(problem, entrant.clone());
+        let point = layout.start_from(problem, &fit.layout, &fit.point);
+        let seen_only = entrant.effect.mechanism().site == Site::Chain;
+        motions
+            .iter()
+            .enumerate()
+            .map(|(recording, motion)| {
+                let impact = if seen_only {
+                    predict::through(problem, &layout, &point, recording, motion)
+                } else {
+                    predict::strike(problem, &layout, &point, recording)
+                };
+                let with = predict::read(problem, &layout, &point, recording, &impact.ok()?, 0.0);
+                let mut change: Vec<f64> =
+                    with.iter().zip(&fit.model[recording]).map(|(with, without)| with - without).collect();
+                if change.iter().any(|value| !value.is_finite()) {
+                    return None;
+                }
+                whiten(problem, &mut change);
+                Some(change)
+            })
+            .collect()
+    }
 }
 
 /// Multiplies the effect's distance from its absence, as far as it is possible and not beyond anything likely, and says how many

@@ -25,6 +25,10 @@ use super::verdict::{SIGNIFICANT, UNLIKELY};
 const ENOUGH: f64 = 20.0;
 /// A further one that no smooth rest asks for (it rings, hums or jumps) must bring this.
 const UNASKED: f64 = 150.0;
+/// And of this nothing foretells so much that it is refitted.
+const HOPELESS: f64 = 0.3;
+/// Of a sum of squares of noise, whatever the estimate of its level, at least this is noise.
+const LEAST_NOISE: f64 = 0.8;
 /// And a further one this part of what the model has gained so far.
 const FURTHER: f64 = 0.025;
 /// Rivals within this of the best in BIC cannot be told apart.
@@ -230,12 +234,19 @@ impl Selecting<'_> {
             if number == 0 {
                 self.screened.clone_from(&scores);
             }
-            let trials = refit(self.problem, &here.trial.fit, &scores, here.rest, Breadth::MORE, self.part);
-            let Some(next) = trials.first() else { break };
             // A further one has to be worth something beside what is explained already: no rig is quite like its equations.
-            let gained = self.gained(&here.trial);
-            let enough = if number == 0 || here.asks() { ENOUGH } else { UNASKED };
-            if here.trial.bic - next.bic < enough + FURTHER * gained {
+            let asks = number == 0 || here.asks();
+            let enough = if asks { ENOUGH } else { UNASKED } + FURTHER * self.gained(&here.trial);
+            // Where little is left a tangent is to be believed, unless it promises more than there is.
+            let left = here.trial.fit.cost - LEAST_NOISE * self.problem.rows() as f64;
+            let promises = |score: &Screened| score.z.powi(2) > HOPELESS * enough && score.z.powi(2) < left;
+            if !asks && !scores.iter().any(promises) {
+                break;
+            }
+            let trials =
+                refit(self.problem, &here.trial.fit, &scores, here.rest, Breadth::MORE, self.part, f64::INFINITY);
+            let Some(next) = trials.first() else { break };
+            if here.trial.bic - next.bic < enough {
                 if number == 0 {
                     self.rivals.extend(trials.into_iter().map(|trial| (0, trial)));
                 }
@@ -292,7 +303,7 @@ impl Selecting<'_> {
         let Some(tangent) = fewer.tangent(self.problem, self.part) else { return };
         let rest = omnibus(self.problem, fewer, &tangent);
         let scores = self.scores(fewer, &tangent, &here.trial.fit);
-        let rivals = refit(self.problem, fewer, &scores, rest, Breadth::INSTEAD, self.part);
+        let rivals = refit(self.problem, fewer, &scores, rest, Breadth::INSTEAD, self.part, here.trial.fit.cost);
         self.rivals.extend(rivals.into_iter().map(|trial| (place, trial)));
     }
 
