@@ -5,6 +5,7 @@
 //! seed ─▶ requests ─▶ campaigns ──────────────▶ process of its own for each ─▶ what it said ──┐
 //!                └──▶ answers ─▶ hash, printed                                                  ▼
 //!                        └─────▶ sealed (key in this process only) ─▶ opened, hash checked ─▶ judged ─▶ scores ─▶ targets
+//!                                                                              └─▶ advice, followed
 //! ```
 //!
 //! [`conceal`] is the only module that names the concealing simulator; what judges reads answers and diagnoses as JSON, so that
@@ -13,6 +14,7 @@
 pub mod comparable;
 pub mod conceal;
 pub mod folder;
+pub mod followed;
 pub mod hidden;
 pub mod interval;
 pub mod judged;

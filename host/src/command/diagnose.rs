@@ -48,7 +48,7 @@ impl Diagnose {
         let answer = answer::answer(&found);
         let name = &loaded.campaign.name;
         let results = Results {
-            answer: &answer,
+            answer: &answer.with_notes(&found.notes),
             page: || shown::page(&found, &answer, name),
             model: || found_model::to_toml(&found, name),
             screenful: || shown::screenful(&found, &answer, name),

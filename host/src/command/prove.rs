@@ -1,5 +1,6 @@
 //! `thud prove`: conceals effects, diagnoses blind, opens the answers and scores.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum as _;
@@ -8,8 +9,9 @@ use miette::{IntoDiagnostic as _, WrapErr as _, miette};
 
 use super::written;
 use crate::json::JsonOption;
-use crate::proof::conceal::{self, Composition};
+use crate::proof::conceal::{self, Composition, Request};
 use crate::proof::folder::{Done, Folder, Run};
+use crate::proof::followed::{self, Advised, Followed};
 use crate::proof::judged::{Ended, judge};
 use crate::proof::lighter::lighter;
 use crate::proof::outcome::{Origin, Outcome};
@@ -88,6 +90,8 @@ struct Drawn {
     hash: String,
     /// Name of each case, and what is left out of the tool's list.
     cases: Vec<(String, Vec<String>)>,
+    /// What was asked of the concealing simulator, by the names of the cases; nothing of an earlier run.
+    requests: BTreeMap<String, Request>,
     /// None where the answers lie open.
     seal: Option<Seal>,
 }
@@ -206,7 +210,8 @@ impl Prove {
             folder.sealed().display(),
             cases.len()
         ));
-        Ok(Drawn { folder, seed, composition: composition.words(), hash, cases, seal: Some(seal) })
+        let requests = conceal::by_name(requests, seed);
+        Ok(Drawn { folder, seed, composition: composition.words(), hash, cases, requests, seal: Some(seal) })
     }
 
     /// A finished run.
@@ -223,7 +228,7 @@ impl Prove {
         let cases = conceal::left_out(&answers)?;
         self.words(&format!("Seed {seed}, {} cases, answers open: good for work, no proof.", cases.len()));
         let composition = format!("{} cases of an earlier run", cases.len());
-        Ok(Drawn { folder, seed, composition, hash, cases, seal: None })
+        Ok(Drawn { folder, seed, composition, hash, cases, requests: BTreeMap::new(), seal: None })
     }
 }
 
@@ -246,6 +251,7 @@ fn opened(
         folder.write(&folder.answers(), &answers)?;
     }
     let hidden = hidden::read(&answers)?.cases;
+    let mut advised = Vec::new();
     let judged = hidden
         .iter()
         .map(|hidden| {
@@ -255,7 +261,10 @@ fn opened(
                 None => {
                     let text = folder.read(&folder.diagnosis(&hidden.case))?;
                     match serde_json::from_slice::<said::Said>(&text) {
-                        Ok(said) => Ended::Said(Box::new(said)),
+                        Ok(said) => {
+                            advised.extend(Advised::of(hidden, &said));
+                            Ended::Said(Box::new(said))
+                        }
                         Err(error) => Ended::Failed(format!("its answer cannot be read: {error}")),
                     }
                 }
@@ -263,6 +272,7 @@ fn opened(
             Ok(judge(hidden, &ended, done.processor_s.unwrap_or(done.seconds), done.memory_mb))
         })
         .collect::<miette::Result<Vec<_>>>()?;
+    let followed = followed(drawn, &advised)?;
     let peers = compared(&folder.peers(), &hidden, &judged)?;
     let origin = Origin {
         seed: drawn.seed,
@@ -272,7 +282,17 @@ fn opened(
         program_sha256: program.to_owned(),
         jobs,
     };
-    Ok(Outcome { peers, ..Outcome::of(origin, hidden.into_iter().zip(judged).collect()) })
+    Ok(Outcome { peers, ..Outcome::of(origin, hidden.into_iter().zip(judged).collect(), followed) })
+}
+
+/// Follows the advice of ambiguous answers.
+fn followed(drawn: &Drawn, advised: &[Advised]) -> miette::Result<Vec<Followed>> {
+    let bar = bar("following the advice", advised.len().min(followed::MOST))?;
+    let folder = &drawn.folder;
+    let request = |case: &str| drawn.requests.get(case).cloned();
+    let all = followed::follow(advised, &request, &folder.cases(), &folder.followed(), &|| bar.inc(1));
+    bar.finish_and_clear();
+    all
 }
 
 /// Writes the pages of the telling cases.

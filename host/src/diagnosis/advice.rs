@@ -5,12 +5,17 @@
 //! separate them. Where everything is clear the advice is what could not have been seen.
 
 use super::fit::{Effort, Fit};
+use super::layout::Role;
 use super::problem::{Prepared, Problem, Samples};
 use super::select::{Selection, Trial};
 use super::verdict::{Verdict, twins};
+use super::{DiagnosisError, Options};
+use crate::campaign::Loaded;
 
 /// Speeds that are tried, over the largest that was recorded.
 const SPEEDS: [f64; 4] = [0.25, 0.6, 1.0, 1.3];
+/// A speed that is re-estimated by so many of its stated deviations is not what was stated.
+const IMPOSSIBLE: f64 = 6.0;
 /// How long the recording is held after the contact that a free impact would have, in contact times; the second is a held contact.
 const HELD: [f64; 2] = [3.0, 25.0];
 
@@ -29,11 +34,62 @@ pub struct Separation {
     pub separation: f64,
 }
 
+/// A recording that an answer asks for, read from its sentence.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Asked {
+    /// The mechanism that is named, and the one that it is to be told from.
+    pub twins: (String, String),
+    /// Speed, m/s.
+    pub speed_m_per_s: f64,
+    /// Name of the configuration.
+    pub configuration: String,
+    /// Seconds after contact to be recorded.
+    pub after_s: f64,
+}
+
+impl Asked {
+    /// `None`: the sentence asks for no recording.
+    #[must_use]
+    pub fn read(sentence: &str) -> Option<Self> {
+        let (twins, rest) = sentence.strip_prefix("To tell ")?.split_once(": record ")?;
+        let (one, other) = twins.split_once(" from ")?;
+        let (speed, rest) = rest.split_once(" m/s with ")?;
+        let (configuration, rest) = rest.split_once(" kg (configuration ")?.1.split_once("), until ")?;
+        let (after, _) = rest.split_once(" s after contact")?;
+        Some(Self {
+            twins: (one.to_owned(), other.to_owned()),
+            speed_m_per_s: speed.parse().ok()?,
+            configuration: configuration.to_owned(),
+            after_s: after.parse().ok()?,
+        })
+    }
+}
+
+fn sentence((id, twin): (&str, &str), next: &Separation, here: f64) -> String {
+    format!(
+        "To tell {id} from {twin}: record {:.2} m/s with {:.1} kg (configuration {}), until {:.2} s after contact. One such recording separates them by {:.1} standard deviations; the best of those at hand by {here:.1}.",
+        next.speed_m_per_s, next.mass_kg, next.configuration, next.after_s, next.separation
+    )
+}
+
+/// How far the recordings tell two mechanisms apart: the root of what the second leaves of χ² beyond the first, each alone beside the
+/// re-tuned baseline.
+///
+/// # Errors
+/// As [`diagnose`](super::diagnose) has them.
+pub fn told_apart(loaded: &Loaded, one: &str, other: &str) -> Result<f64, DiagnosisError> {
+    let alone = |id: &str| {
+        let options = Options { only: vec![id.to_owned()], ..Options::default() };
+        super::diagnose(loaded, &options, &mut |_| {}).map(|diagnosis| diagnosis.selection.best.fit.cost)
+    };
+    Ok((alone(other)? - alone(one)?).max(0.0).sqrt())
+}
+
 /// Sentences for a selection.
 #[must_use]
 pub fn advice(problem: &Problem, selection: &Selection) -> Vec<String> {
-    let mut sentences = Vec::new();
     let best = &selection.best;
+    let mut sentences = impossible_speeds(problem, &best.fit);
     for place in 0..best.fit.layout.entrants.len() {
         let id = best.fit.layout.entrants[place].effect.mechanism().id;
         for (twin, _) in twins(selection, place) {
@@ -41,10 +97,7 @@ pub fn advice(problem: &Problem, selection: &Selection) -> Vec<String> {
             let Some((_, rival)) = rival else { continue };
             let here = recorded(problem, &best.fit, &rival.fit);
             match separations(problem, &best.fit, &rival.fit).into_iter().next() {
-                Some(next) if next.separation > 0.5 => sentences.push(format!(
-                    "To tell {id} from {twin}: record {:.2} m/s with {:.1} kg (configuration {}), until {:.2} s after contact. One such recording separates them by {:.1} standard deviations; the best of those at hand by {here:.1}.",
-                    next.speed_m_per_s, next.mass_kg, next.configuration, next.after_s, next.separation
-                )),
+                Some(next) if next.separation > 0.5 => sentences.push(sentence((id, twin), &next, here)),
                 _ => sentences.push(format!(
                     "No speed, mass or longer recording on this rig tells {id} from {twin}: change the rig ({}).",
                     best.fit.layout.entrants[place].effect.mechanism().separated_by
@@ -62,6 +115,27 @@ pub fn advice(problem: &Problem, selection: &Selection) -> Vec<String> {
         }
     }
     sentences
+}
+
+/// Speeds that the force contradicts beyond all that masses, springs and the mechanisms that were found can explain.
+fn impossible_speeds(problem: &Problem, fit: &Fit) -> Vec<String> {
+    let Some(place) = fit.layout.locals.iter().position(|coordinate| coordinate.role == Role::Speed) else {
+        return Vec::new();
+    };
+    let recordings = problem.recordings.iter().enumerate();
+    let sentences = recordings.filter_map(|(number, recording)| {
+        let (mean, sd) = fit.layout.local_prior(problem, number, place)?;
+        let off = (fit.point.locals[number][place] - mean) / sd;
+        let stated = recording.speed;
+        let asked = stated.value + fit.point.locals[number][place] * recording.speed_scale();
+        (off.abs() > IMPOSSIBLE).then(|| {
+            format!(
+                "Check the speed of {}: {:.3} ± {:.3} m/s is stated, and what was recorded goes with {asked:.3} m/s; no mass and no stiffness within what is stated explains that.",
+                recording.name, stated.value, stated.sd
+            )
+        })
+    });
+    sentences.collect()
 }
 
 fn last_id(trial: &Trial) -> Option<&'static str> {
@@ -152,4 +226,26 @@ fn separation(problem: &Problem, one: &Fit, other: &Fit, like: usize, speed: f64
         after_s,
         separation: imitated.recording_cost(0).sqrt(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_asked_for_can_be_read_back() {
+        let next = Separation {
+            speed_m_per_s: 0.62,
+            mass_kg: 10.2,
+            configuration: "elbow up".into(),
+            after_s: 0.31,
+            separation: 7.4,
+        };
+        let asked =
+            Asked::read(&sentence(("stiction", "guide-friction"), &next, 1.2)).expect("it asks for a recording");
+        assert_eq!(asked.twins, ("stiction".into(), "guide-friction".into()));
+        assert_eq!((asked.speed_m_per_s, asked.after_s), (0.62, 0.31));
+        assert_eq!(asked.configuration, "elbow up");
+        assert_eq!(Asked::read("No speed, mass or longer recording on this rig tells a from b: change the rig."), None);
+    }
 }

@@ -3,7 +3,6 @@
 use serde::Serialize;
 use thud_sim::mechanism::{Scale, Search};
 
-use super::Diagnosis;
 use super::held_out::{pooled, rmse};
 use super::layout::{Role, coordinate_of, value_of};
 use super::locate::locate;
@@ -11,6 +10,7 @@ use super::predict;
 use super::retuned::{Retuned, retuned};
 use super::verdict::{Verdict, remains, rest_share, twins};
 use super::words;
+use super::{Diagnosis, Note};
 
 /// What the `format` key says.
 pub const FORMAT: &str = "thud-diagnosis/1";
@@ -161,6 +161,15 @@ pub fn answer(diagnosis: &Diagnosis) -> Answer {
         rejected: words::rejected(diagnosis),
         unexplained: unexplained(diagnosis, held_out),
         advice: super::advice::advice(problem, selection),
+    }
+}
+
+impl Answer {
+    /// The same for whoever has neither page nor terminal: what was odd, with its remedy, is advice too.
+    #[must_use]
+    pub fn with_notes(&self, notes: &[Note]) -> Self {
+        let advice = self.advice.iter().cloned().chain(notes.iter().map(Note::to_string)).collect();
+        Self { advice, ..self.clone() }
     }
 }
 

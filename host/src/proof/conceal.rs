@@ -1,12 +1,14 @@
 //! The one place that calls the concealing simulator: requests in, campaigns and answers out.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clap::ValueEnum as _;
 use miette::{IntoDiagnostic as _, WrapErr as _, miette};
-use thud_conceal::case::{self, Request};
+use thud_conceal::case;
+pub use thud_conceal::case::{Further, Request};
 use thud_conceal::files::{self, Answer, Answers};
 pub use thud_conceal::mix::Mix;
 use thud_conceal::{chosen, effect, frozen, mix};
@@ -109,6 +111,24 @@ pub fn hide(effect: &str, strength: f64, seed: u64, recordings: usize, folder: &
 /// The name of a case: it says nothing, and puts the cases into an order that says nothing either.
 fn name(seed: u64, index: usize) -> String {
     sha256(format!("thud prove {seed} {index}").as_bytes())[..12].to_owned()
+}
+
+/// Makes a case again with further recordings of its rig, so many of each kind, and writes the campaign into a folder.
+///
+/// # Errors
+/// The folder that cannot be written.
+pub fn go_on(request: &Request, further: Further, times: usize, folder: &Path) -> miette::Result<()> {
+    let mut case = case::make(request);
+    case::go_on(&mut case, &vec![further; times]);
+    files::write_campaign(&case, folder, "continued")
+        .into_diagnostic()
+        .wrap_err_with(|| format!("cannot write the campaign to {}", folder.display()))
+}
+
+/// The requests by the names of their cases.
+#[must_use]
+pub fn by_name(requests: Vec<Request>, seed: u64) -> BTreeMap<String, Request> {
+    requests.into_iter().enumerate().map(|(index, request)| (name(seed, index), request)).collect()
 }
 
 /// Makes every campaign in a folder of its own in `cases`, on `jobs` threads, and gives all answers in the order of their names, as

@@ -7,6 +7,7 @@
 //! DIR/diagnoses/NAME.json   what the tool said
 //! DIR/journal.jsonl     a line for each case that is done: time, and what went wrong
 //! DIR/answers.json      the answers, once everything is said
+//! DIR/followed/NAME/    the campaign of an ambiguous answer, with the recordings that it asked for
 //! DIR/peers/PEER/NAME.json  what other people's methods say, where `cargo xtask peers` was run
 //! ```
 
@@ -90,6 +91,12 @@ impl Folder {
 
     fn diagnoses(&self) -> PathBuf {
         self.0.join("diagnoses")
+    }
+
+    /// Of the campaigns that went on as was advised.
+    #[must_use]
+    pub fn followed(&self) -> PathBuf {
+        self.0.join("followed")
     }
 
     /// What the tool said of a case.

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::followed::Followed;
 use super::hidden::Hidden;
 use super::judged::Judged;
 use super::peers::compared::Compared;
@@ -26,6 +27,8 @@ pub struct Outcome {
     pub scores: Scores,
     /// Telling ones.
     pub stories: Vec<Story>,
+    /// Answers that asked for a recording to tell the truth from its twin, and what it told.
+    pub followed: Vec<Followed>,
     /// The diagnosis beside other people's methods on the same cases; nothing where those have not been run.
     pub peers: Vec<Compared>,
     /// Each case.
@@ -52,10 +55,11 @@ pub struct Origin {
 impl Outcome {
     /// Scores judged cases.
     #[must_use]
-    pub fn of(origin: Origin, cases: Vec<(Hidden, Judged)>) -> Self {
+    pub fn of(origin: Origin, cases: Vec<(Hidden, Judged)>, followed: Vec<Followed>) -> Self {
         let stories = choose(&cases);
         let cases: Vec<Judged> = cases.into_iter().map(|(_, judged)| judged).collect();
         let scores = Scores::of(&cases);
-        Self { format: FORMAT, origin, targets: targets(&cases, &scores), scores, stories, peers: Vec::new(), cases }
+        let targets = targets(&cases, &scores, &followed);
+        Self { format: FORMAT, origin, targets, scores, stories, followed, peers: Vec::new(), cases }
     }
 }

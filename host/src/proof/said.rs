@@ -18,6 +18,9 @@ pub struct Said {
     pub model: Model,
     /// What has no name.
     pub unexplained: Unexplained,
+    /// What to record next, in sentences.
+    #[serde(default)]
+    pub advice: Vec<String>,
 }
 
 /// The re-tuned baseline.

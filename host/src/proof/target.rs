@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::followed::Followed;
 use super::interval::{Number, Share};
 use super::judged::Judged;
 use super::score::{Scores, found, single};
@@ -124,7 +125,7 @@ const PAIR_D: f64 = 25.0;
 /// The whole table.
 #[must_use]
 #[expect(clippy::too_many_lines, reason = "a table, one line after the other")]
-pub fn targets(cases: &[Judged], scores: &Scores) -> Vec<Target> {
+pub fn targets(cases: &[Judged], scores: &Scores, followed: &[Followed]) -> Vec<Target> {
     use Demand::{AtLeast, AtMost, Between};
     const STRONG: &str = "one effect, d ≥ 10";
     const WEAK: &str = "one effect, 5 ≤ d < 10";
@@ -237,8 +238,8 @@ pub fn targets(cases: &[Judged], scores: &Scores) -> Vec<Target> {
             "twins",
             "advised recording separates 1.5 times better",
             AtLeast(0.85),
-            Share::new(0, 0),
-            "not measured: the advice is a sentence, from which no recording can be made",
+            Share::count(followed.iter().map(Followed::raised), |times| *times >= 1.5),
+            "ambiguous answers that ask for a recording which tells what is hidden from its twin; it is made three times, forty answers at most",
         ),
         share(
             "all cases",
@@ -295,7 +296,7 @@ mod tests {
 
     #[test]
     fn without_cases_every_line_is_unmeasured() {
-        let lines = targets(&[], &Scores::of(&[]));
+        let lines = targets(&[], &Scores::of(&[]), &[]);
         assert!(lines.len() >= 20);
         assert!(lines.iter().all(|line| line.reached.is_none()), "{lines:?}");
     }

@@ -4,8 +4,8 @@ use std::fmt;
 
 use crate::draw::Draw;
 use crate::effect::{Confined, Effect, Shaped};
-use crate::motion::{self, Trace};
-use crate::plan::{Plan, Wish};
+use crate::motion::{self, Sampling, Trace};
+use crate::plan::{Estimate, Plan, Planned, Wish};
 use crate::strength::{self, Belief, Observation, Retuned};
 use crate::world::{Kind, World};
 
@@ -125,19 +125,20 @@ const ATTEMPTS: usize = 24;
 
 /// The noise-free traces of a plan with effects at scales.
 pub(crate) fn traces(plan: &Plan, hidden: &[(&Shaped, f64)]) -> Vec<Trace> {
-    (0..plan.recordings.len())
-        .map(|index| {
-            let mut world = plan.world(index);
-            for (shaped, scale) in hidden {
-                if *scale > 0.0 {
-                    (shaped.apply)(*scale, index, &mut world);
-                }
-            }
-            let mut trace = motion::run(&world, &plan.recordings[index].sampling);
-            saturate(&mut trace.readings, plan.recordings[index].offset, &world);
-            trace
-        })
-        .collect()
+    (0..plan.recordings.len()).map(|index| trace(plan, hidden, index)).collect()
+}
+
+fn trace(plan: &Plan, hidden: &[(&Shaped, f64)], index: usize) -> Trace {
+    let recording = &plan.recordings[index];
+    let mut world = plan.world(index);
+    for (shaped, scale) in hidden {
+        if *scale > 0.0 {
+            (shaped.apply)(*scale, recording.like, &mut world);
+        }
+    }
+    let mut trace = motion::run(&world, &recording.sampling);
+    saturate(&mut trace.readings, recording.offset, &world);
+    trace
 }
 
 fn saturate(readings: &mut [f64], offset: f64, world: &World) {
@@ -305,7 +306,7 @@ fn absorb(plan: &Plan, traces: &[Trace]) -> Plan {
         .collect();
     let fit = strength::retune(&wide_seen, &wide, &plan.colour);
     let mut plan = plan.clone();
-    let relative = |e: &crate::plan::Estimate| e.sd / e.value;
+    let relative = |e: &Estimate| e.sd / e.value;
     let (body_sd, pad_sd) = (relative(&plan.stated_body), relative(&plan.stated_pad));
     plan.stated_body.value = rounded(plan.body_n_per_m * fit.ln_k.exp());
     plan.stated_pad.value = rounded(plan.pad_n_per_m * fit.ln_k.exp());
@@ -486,6 +487,44 @@ fn together(plan: &Plan, request: &Request, hidden: &mut [Hidden]) {
         if settled {
             break;
         }
+    }
+}
+
+/// A recording that is made later, with the same rig.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Further {
+    /// The speed that is set, m/s.
+    pub speed_m_per_s: f64,
+    /// Index of the configuration.
+    pub configuration: usize,
+    /// How long it goes on after contact, s.
+    pub after_s: f64,
+}
+
+/// Appends further recordings to a case. Speeds, springs, zeros and phases vary as they did before; an effect acts as in the latest
+/// recording of the same configuration. What was drawn before stays as it was.
+pub fn go_on(case: &mut Case, further: &[Further]) {
+    const SPRING_SPREAD: f64 = 0.0015;
+    let mut draw = Draw::new(case.request.seed ^ 0xd1b5_4a32_d192_ed03);
+    let plan = &mut case.plan;
+    let all: Vec<(&Shaped, f64)> = case.hidden.iter().map(|h| (&h.shaped, h.scale)).collect();
+    for wanted in further {
+        let mut of_same = plan.recordings.iter().rev().filter(|r| r.configuration == wanted.configuration);
+        let Some(latest) = of_same.next().cloned() else { continue };
+        let relative = latest.stated_speed.sd / latest.stated_speed.value;
+        let contact_s = draw.uniform(0.03, 0.08);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "seconds times a rate")]
+        let samples = ((contact_s + wanted.after_s) * plan.rate_hz) as usize;
+        plan.recordings.push(Planned {
+            speed_m_per_s: wanted.speed_m_per_s * (1.0 + relative * draw.bounded_normal(2.5)),
+            stated_speed: Estimate { value: wanted.speed_m_per_s, sd: rounded(relative * wanted.speed_m_per_s) },
+            spring_ln: SPRING_SPREAD * draw.normal(),
+            sampling: Sampling { samples, contact_s, ..latest.sampling },
+            hum_phase: draw.uniform(0.0, std::f64::consts::TAU),
+            offset: draw.uniform(-1.0, 1.0),
+            ..latest
+        });
+        case.traces.push(trace(plan, &all, plan.recordings.len() - 1));
     }
 }
 

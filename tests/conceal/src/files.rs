@@ -158,16 +158,33 @@ fn number(index: usize) -> String {
 /// When the folder or a file cannot be written.
 pub fn write(case: &Case, folder: &Path, name: &str) -> io::Result<Answer> {
     let (files, answer) = render(case, name);
-    fs::create_dir_all(folder.join("recordings"))?;
-    for (path, text) in files {
-        fs::write(folder.join(path), text)?;
-    }
+    put(files, folder)?;
     Ok(answer)
+}
+
+/// Writes the campaign alone: of a case that has gone on since its answer was given.
+///
+/// # Errors
+/// When the folder or a file cannot be written.
+pub fn write_campaign(case: &Case, folder: &Path, name: &str) -> io::Result<()> {
+    put(shown(case, name).0, folder)
+}
+
+fn put(files: Vec<(String, String)>, folder: &Path) -> io::Result<()> {
+    fs::create_dir_all(folder.join("recordings"))?;
+    files.into_iter().try_for_each(|(path, text)| fs::write(folder.join(path), text))
 }
 
 /// The campaign's files, path and text, and the answer.
 #[must_use]
 pub fn render(case: &Case, name: &str) -> (Vec<(String, String)>, Answer) {
+    let (files, rmse) = shown(case, name);
+    let answer = answer(case, name, rmse);
+    (files, answer)
+}
+
+/// The campaign's files, and the rms of what is written less the noise-free truth.
+fn shown(case: &Case, name: &str) -> (Vec<(String, String)>, f64) {
     let mut files = vec![("campaign.toml".to_owned(), campaign(case, name))];
     let plan = &case.plan;
     let mut draw = Draw::new(case.request.seed ^ 0x9e37_79b9_7f4a_7c15);
@@ -175,7 +192,7 @@ pub fn render(case: &Case, name: &str) -> (Vec<(String, String)>, Answer) {
     for (index, trace) in case.traces.iter().enumerate() {
         let mut world = plan.world(index);
         for h in &case.hidden {
-            (h.shaped.apply)(h.scale, index, &mut world);
+            (h.shaped.apply)(h.scale, plan.recordings[index].like, &mut world);
         }
         let noise = plan.colour.sample(&mut draw, trace.readings.len());
         let (step, level) = (world.chain.step_n, world.chain.clip_n);
@@ -196,8 +213,7 @@ pub fn render(case: &Case, name: &str) -> (Vec<(String, String)>, Answer) {
     }
     #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
     let rmse = (squares / count as f64).sqrt();
-    let answer = answer(case, name, rmse);
-    (files, answer)
+    (files, rmse)
 }
 
 fn estimate(e: &Estimate) -> String {
@@ -347,7 +363,7 @@ fn answer(case: &Case, name: &str, true_model_rmse: f64) -> Answer {
             .map(|(index, r)| {
                 let mut world = plan.world(index);
                 for h in &case.hidden {
-                    (h.shaped.apply)(h.scale, index, &mut world);
+                    (h.shaped.apply)(h.scale, r.like, &mut world);
                 }
                 RecordingAnswer {
                     file: file_name(index),

@@ -34,6 +34,8 @@ pub struct Planned {
     pub hum_phase: f64,
     /// Offset of the zero, N.
     pub offset: f64,
+    /// The recording whose part of an effect it has: its own, or, where it was made later, an earlier one's.
+    pub like: usize,
 }
 
 /// One robot pose (or falling mass).
@@ -232,11 +234,13 @@ impl Plan {
                 sampling: Sampling { rate_hz, samples, contact_s },
                 hum_phase: draw.uniform(0.0, std::f64::consts::TAU),
                 offset: draw.uniform(-1.0, 1.0),
+                like: index,
             });
         }
         // A session is run pose by pose or mixed.
         if draw.chance(0.6) {
             recordings.sort_by_key(|r| r.configuration);
+            recordings.iter_mut().enumerate().for_each(|(index, r)| r.like = index);
         }
         let highest = recordings
             .iter()
@@ -299,6 +303,7 @@ impl Plan {
                     sampling: Sampling { rate_hz, samples, contact_s },
                     hum_phase: draw.uniform(0.0, std::f64::consts::TAU),
                     offset: height,
+                    like: index,
                 }
             })
             .collect();

@@ -3,6 +3,7 @@
 use maud::{Markup, PreEscaped, html};
 
 use super::super::comparable;
+use super::super::followed::Followed;
 use super::super::interval::{Number, Share};
 use super::super::judged::Judged;
 use super::super::outcome::Outcome;
@@ -74,6 +75,10 @@ pub fn page(outcome: &Outcome) -> String {
             h2 { "Telling cases" }
             dl { @for story in &outcome.stories { dt { (story.name.replace('-', " ")) } dd { (story.about) " (case " (story.case) ")" } } }
         }
+        @if !outcome.followed.is_empty() {
+            h2 { "The advice, followed" }
+            (followed(&outcome.followed))
+        }
         h2 { "When it says p, is it p?" }
         (calibration(outcome))
         h2 { "Numbers" }
@@ -129,6 +134,30 @@ fn targets(targets: &[Target]) -> Markup {
                             td.number { (target.cases) }
                             td.reached { (reached(target)) }
                         }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn followed(followed: &[Followed]) -> Markup {
+    html! {
+        p {
+            "Where an answer could not tell what is hidden from a twin, the recording that it asks for was made three times by the concealing simulator. Apart: the root of what
+             the twin alone leaves of χ² beyond what the truth alone leaves, in standard deviations; below 1 is chance."
+        }
+        table.cases {
+            thead {
+                tr { th { "case" } th { "hidden" } th { "not told from" } th { "advice" } th.number { "apart before" } th.number { "and after" } th.number { "times" } }
+            }
+            tbody {
+                @for followed in followed {
+                    tr.wrong[followed.raised() < 1.5] {
+                        td { code { (followed.case) } } td { (followed.truth) } td { (followed.twin) }
+                        td { (followed.advice.split_once(" One such").map_or(followed.advice.as_str(), |(asked, _)| asked)) }
+                        td.number { (format!("{:.1}", followed.before)) } td.number { (format!("{:.1}", followed.after)) }
+                        td.number { (format!("{:.1}", followed.raised())) }
                     }
                 }
             }

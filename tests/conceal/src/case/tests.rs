@@ -103,3 +103,25 @@ fn a_noisier_amplifier_covers_what_no_plan_keeps_out_of_sight() {
         assert!((0.1..5.0).contains(&plan.noise_rms), "{}", plan.noise_rms);
     }
 }
+
+#[test]
+fn a_case_that_goes_on_keeps_what_it_had() {
+    let mut case = make(&request(Way::Unnamed, &[("mullins-softening", 30.0)], Kind::Impact, 6, 51));
+    let (before, _) = crate::files::render(&case, "campaign");
+    let further = Further { speed_m_per_s: 0.31, configuration: 1, after_s: 0.2 };
+    go_on(&mut case, &[further; 2]);
+    let folder = std::env::temp_dir().join(format!("thud-conceal-{}", std::process::id()));
+    crate::files::write_campaign(&case, &folder, "campaign").expect("a folder to write to");
+    for (path, text) in before.into_iter().skip(1) {
+        assert_eq!(std::fs::read_to_string(folder.join(&path)).expect("it is there"), text, "{path}");
+    }
+    let latest = std::fs::read_to_string(folder.join("recordings/008.csv")).expect("two more");
+    let highest = |text: &str| -> f64 {
+        let forces = text.lines().skip(1).filter_map(|line| line.split_once(',')?.1.parse::<f64>().ok());
+        forces.fold(0.0, f64::max)
+    };
+    let expected = case.plan.true_baseline(7).peak_n();
+    assert!((highest(&latest) / expected - 1.0).abs() < 0.2, "{} of about {expected} N", highest(&latest));
+    assert!((case.plan.recordings[7].speed_m_per_s - 0.31).abs() < 0.02);
+    std::fs::remove_dir_all(&folder).expect("it was there");
+}
