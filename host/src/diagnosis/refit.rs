@@ -48,7 +48,7 @@ const LOOKS: usize = 2;
 const LOOKS_ANEW: usize = 4;
 /// Of the refitted ones, how many until they converge.
 const FINISHED: usize = 4;
-/// And who was promised this part of what the best has gained by then.
+/// And who was promised this part of what the best gains.
 const PROMISING: f64 = 0.4;
 /// A belief about the rig or a mass is strained beyond this many of its deviations.
 const STRAINED: f64 = 3.5;
@@ -94,7 +94,7 @@ impl Start {
 }
 
 /// The mechanism that was added last.
-fn added(fit: &Fit) -> &Entrant {
+pub(super) fn added(fit: &Fit) -> &Entrant {
     fit.layout.entrants.last().expect("a mechanism was added")
 }
 
@@ -164,7 +164,7 @@ fn finished(problem: &Problem, base: &Fit, mut starts: Vec<Start>, part: Part<'_
     let run = |fit: Fit, effort: Effort| Fit::run(problem, fit.layout, fit.point, part, effort);
     let mut best = wanted;
     for look in 0..starts.iter().map(|start| start.looks).max().unwrap_or(0) {
-        let more = |start: &Start| look < start.looks && may_still(&start.fit, best);
+        let more = |start: &Start| look < start.looks && may_still(base, &start.fit, start.promised, best);
         let looked = |start: Start| {
             if more(&start) { Some(Start { fit: run(start.fit, Effort::LOOK)?, ..start }) } else { Some(start) }
         };
@@ -179,12 +179,12 @@ fn finished(problem: &Problem, base: &Fit, mut starts: Vec<Start>, part: Part<'_
         let added = added(&trial.fit);
         once.insert((added.effect.mechanism().id, added.scope))
     });
-    let most = looked.first().map_or(0.0, |(first, _)| base.cost - first.fit.cost);
     let mut trials: Vec<Trial> = looked
         .into_par_iter()
         .enumerate()
         .filter_map(|(rank, (trial, promised))| {
-            if may_still(&trial.fit, best) && (rank < FINISHED || promised >= PROMISING * most) {
+            let leads = rank < FINISHED || is_promised(base, promised, best);
+            if leads && may_still(base, &trial.fit, promised, best) {
                 Some(Trial::new(problem, run(trial.fit, Effort::FULL)?))
             } else {
                 Some(trial)
@@ -195,9 +195,14 @@ fn finished(problem: &Problem, base: &Fit, mut starts: Vec<Start>, part: Part<'_
     trials
 }
 
-/// Whether a fit may still come near the best.
-fn may_still(fit: &Fit, best: f64) -> bool {
-    !fit.is_settled() && fit.cost - STILL * fit.gaining < best + SPARE
+/// Whether a fit may still come near the best: it gains enough, or was promised to.
+fn may_still(base: &Fit, fit: &Fit, promised: f64, best: f64) -> bool {
+    !fit.is_settled() && (fit.cost - STILL * fit.gaining < best + SPARE || is_promised(base, promised, best))
+}
+
+/// Whether much of what the best gains was promised, and no more than there is.
+fn is_promised(base: &Fit, promised: f64, best: f64) -> bool {
+    promised >= PROMISING * (base.cost - best) && promised < base.cost
 }
 
 /// Where very much is left, mechanisms that promise nothing: a step at contact that the fit has imitated by an earlier contact looks, to

@@ -9,7 +9,7 @@
 
 use nalgebra::DVector;
 use statrs::function::factorial::ln_binomial;
-use thud_sim::mechanism::Mechanism;
+use thud_sim::mechanism::{Mechanism, Parameter};
 
 use super::candidate::Reach;
 use super::fit::{Effort, Fit, Part, Tangent};
@@ -17,7 +17,7 @@ use super::layout::{Entrant, Layout, Role, Scope};
 use super::locate::{Alone, alone};
 use super::omnibus::{Omnibus, omnibus};
 use super::problem::{Prepared, Problem};
-use super::refit::{Breadth, refit};
+use super::refit::{Breadth, added, refit};
 use super::screen::{Screened, screen};
 use super::verdict::{SIGNIFICANT, UNLIKELY};
 
@@ -224,6 +224,15 @@ impl Selecting<'_> {
         (self.retuned.trial.fit.cost - trial.fit.cost).max(0.0)
     }
 
+    /// BIC, and what a mechanism with a value of its own for each impact has to be worth beside one without: such a value bends to whatever
+    /// differs from recording to recording, and no rig is quite like its equations.
+    fn burden(&self, trial: &Trial) -> f64 {
+        let parameters = |entrant: &Entrant| entrant.effect.mechanism().parameters.iter();
+        let loose =
+            trial.fit.layout.entrants.iter().any(|entrant| parameters(entrant).any(Parameter::is_of_each_impact));
+        trial.bic + if loose { FURTHER * self.gained(trial) } else { 0.0 }
+    }
+
     /// One mechanism more, as long as one is worth it.
     fn grow(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
         let mut here = from;
@@ -245,7 +254,7 @@ impl Selecting<'_> {
             }
             let trials =
                 refit(self.problem, &here.trial.fit, &scores, here.rest, Breadth::MORE, self.part, f64::INFINITY);
-            let Some(next) = trials.first() else { break };
+            let Some(next) = trials.iter().min_by(|a, b| self.burden(a).total_cmp(&self.burden(b))) else { break };
             if here.trial.bic - next.bic < enough {
                 if number == 0 {
                     self.rivals.extend(trials.into_iter().map(|trial| (0, trial)));
@@ -273,7 +282,9 @@ impl Selecting<'_> {
             if larger.mechanisms() > 2 && larger.asks() {
                 break;
             }
-            self.rivals.extend(trials.into_iter().skip(1).map(|trial| (number, trial)));
+            let next = added(&next.fit).clone();
+            let others = trials.into_iter().filter(|trial| !added(&trial.fit).is_same_as(&next));
+            self.rivals.extend(others.map(|trial| (number, trial)));
             here = larger;
         }
         Some(here)
@@ -284,11 +295,11 @@ impl Selecting<'_> {
         self.rivals.clear();
         let last = from.mechanisms() - 1;
         (0..=last).for_each(|place| self.find_rivals(&from, place));
-        let better = self.rivals.iter().filter(|(_, trial)| trial.bic < from.trial.bic - 1.0);
-        let Some((place, trial)) = better.min_by(|a, b| a.1.bic.total_cmp(&b.1.bic)).cloned() else {
-            return Some(from);
-        };
-        self.rivals.retain(|(of, other)| *of == place && other.bic > trial.bic);
+        let better = self.rivals.iter().filter(|(_, trial)| self.burden(trial) < self.burden(&from.trial) - 1.0);
+        let lightest = better.min_by(|a, b| self.burden(&a.1).total_cmp(&self.burden(&b.1)));
+        let Some((place, trial)) = lightest.cloned() else { return Some(from) };
+        let exchanged = added(&trial.fit).clone();
+        self.rivals.retain(|(of, other)| *of == place && !added(&other.fit).is_same_as(&exchanged));
         self.rivals.push((place, from.trial));
         self.rivals.iter_mut().for_each(|(of, _)| *of = last);
         let here = Standing::of(self.problem, trial, self.part)?;
