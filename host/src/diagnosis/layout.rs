@@ -373,10 +373,9 @@ impl Layout {
                 let speed = problem.recordings[recording].speed;
                 Some((0.0, (speed.sd / problem.recordings[recording].speed_scale()).max(LEAST_SD)))
             }
-            Role::Offset(channel) if self.offsets_as_seen => Some((
-                problem.recordings[recording].offset_guess[channel],
-                1e-3 * problem.channels[channel].noise.rms(),
-            )),
+            Role::Offset(channel) if self.offsets_as_seen => {
+                Some((problem.recordings[recording].offset_guess[channel], problem.zero_deviation(recording, channel)))
+            }
             _ => coordinate.prior,
         }
     }

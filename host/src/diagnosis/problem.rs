@@ -129,6 +129,19 @@ impl Problem {
         self.recordings.iter().map(Prepared::rows).sum()
     }
 
+    /// How exactly the quiet before contact shows a recording's zero: one standard deviation. A fall has its first sample alone.
+    #[must_use]
+    pub fn zero_deviation(&self, recording: usize, channel: usize) -> f64 {
+        let recording = &self.recordings[recording];
+        let quiet = match self.rig.kind {
+            RigKind::Fall => 1,
+            _ => recording.times_s.partition_point(|time| *time < recording.contact_guess_s).max(1),
+        };
+        let mut constant = vec![1.0; quiet];
+        self.channels[channel].noise.whiten(&mut constant);
+        1.0 / constant.iter().map(|value| value * value).sum::<f64>().sqrt()
+    }
+
     /// Noise of the observed channel at its own sample rate: what the recordings show before contact, or what is stated.
     #[must_use]
     pub fn noise_rms(&self) -> f64 {
