@@ -220,6 +220,12 @@ impl Mechanism {
         })
     }
 
+    /// Whether it leaves the motion as it is: the measuring chain alone has it.
+    #[must_use]
+    pub fn is_seen_only(&self) -> bool {
+        self.site == Site::Chain
+    }
+
     /// Whether it can be in an experiment of this kind.
     #[must_use]
     pub fn concerns(&self, kind: crate::rig::Kind) -> bool {

@@ -115,12 +115,6 @@ impl Impact {
         &self.motion.system.assembly.approach
     }
 
-    /// The rig as it was put together.
-    #[must_use]
-    pub fn assembly(&self) -> &Assembly {
-        &self.motion.system.assembly
-    }
-
     /// What the solver had to do.
     #[must_use]
     pub fn effort(&self) -> Effort {

@@ -9,7 +9,7 @@
 //! stated deviation; contact instant and offset are free.
 
 use nalgebra::DVector;
-use thud_sim::mechanism::{Effect, Mechanism, Parameter, Scale, Search, Site};
+use thud_sim::mechanism::{Effect, Mechanism, Parameter, Scale, Search};
 
 use super::fit::Imitation;
 use super::problem::Problem;
@@ -393,7 +393,7 @@ impl Layout {
     pub fn is_seen_only(&self, role: Role) -> bool {
         match role {
             Role::Converter => true,
-            Role::Mechanism { entrant, .. } => self.entrants[entrant].effect.mechanism().site == Site::Chain,
+            Role::Mechanism { entrant, .. } => self.entrants[entrant].effect.mechanism().is_seen_only(),
             _ => false,
         }
     }

@@ -16,7 +16,7 @@
 
 use nalgebra::DVector;
 use rayon::prelude::*;
-use thud_sim::mechanism::{Effect, Mechanism, Scale, Search, Site};
+use thud_sim::mechanism::{Effect, Mechanism, Scale, Search};
 use thud_sim::rig::Impact;
 
 use super::candidate::Reach;
@@ -312,7 +312,7 @@ impl Shown<'_> {
         let Self { problem, fit, motions } = self;
         let layout = fit.layout.with(problem, entrant.clone());
         let point = layout.start_from(problem, &fit.layout, &fit.point);
-        let seen_only = entrant.effect.mechanism().site == Site::Chain;
+        let seen_only = entrant.effect.mechanism().is_seen_only();
         motions
             .iter()
             .enumerate()

@@ -101,6 +101,17 @@ pub struct Case {
     pub stated: StatedFit,
 }
 
+impl Case {
+    /// What recording `index` truly is, with all that is hidden.
+    pub(crate) fn world(&self, index: usize) -> World {
+        let mut world = self.plan.world(index);
+        for hidden in &self.hidden {
+            (hidden.shaped.apply)(hidden.scale, self.plan.recordings[index].like, &mut world);
+        }
+        world
+    }
+}
+
 /// How well the baseline fits as it is stated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StatedFit {
@@ -504,6 +515,7 @@ pub struct Further {
 /// Appends further recordings to a case. Speeds, springs, zeros and phases vary as they did before; an effect acts as in the latest
 /// recording of the same configuration. What was drawn before stays as it was.
 pub fn go_on(case: &mut Case, further: &[Further]) {
+    /// The middle of what a plan draws.
     const SPRING_SPREAD: f64 = 0.0015;
     let mut draw = Draw::new(case.request.seed ^ 0xd1b5_4a32_d192_ed03);
     let plan = &mut case.plan;

@@ -190,10 +190,7 @@ fn shown(case: &Case, name: &str) -> (Vec<(String, String)>, f64) {
     let mut draw = Draw::new(case.request.seed ^ 0x9e37_79b9_7f4a_7c15);
     let (mut squares, mut count) = (0.0, 0usize);
     for (index, trace) in case.traces.iter().enumerate() {
-        let mut world = plan.world(index);
-        for h in &case.hidden {
-            (h.shaped.apply)(h.scale, plan.recordings[index].like, &mut world);
-        }
+        let world = case.world(index);
         let noise = plan.colour.sample(&mut draw, trace.readings.len());
         let (step, level) = (world.chain.step_n, world.chain.clip_n);
         let observed = if plan.kind == Kind::Fall { "height_m" } else { "force_N" };
@@ -237,7 +234,7 @@ fn campaign(case: &Case, name: &str) -> String {
         line(format!("body_stiffness_N_per_m = {}", estimate(&plan.stated_body)));
         line(format!("pad_stiffness_N_per_m = {}", estimate(&plan.stated_pad)));
         if let Some(sd) = plan.states_piece {
-            let mass = moving_mass(case);
+            let mass = case.world(0).piece.mass_kg;
             let stated = Estimate { value: rounded(mass * (1.0 + 0.5 * sd)), sd: rounded(mass * sd) };
             line(format!("moving_mass_kg = {}", estimate(&stated)));
         }
@@ -266,15 +263,6 @@ fn campaign(case: &Case, name: &str) -> String {
 
 fn rounded(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
-}
-
-/// The moving mass as it truly is in this case.
-fn moving_mass(case: &Case) -> f64 {
-    let mut world = case.plan.world(0);
-    for h in &case.hidden {
-        (h.shaped.apply)(h.scale, 0, &mut world);
-    }
-    world.piece.mass_kg
 }
 
 const PHASES: [&str; 4] = ["before", "rise", "fall", "after"];
@@ -361,10 +349,7 @@ fn answer(case: &Case, name: &str, true_model_rmse: f64) -> Answer {
             .iter()
             .enumerate()
             .map(|(index, r)| {
-                let mut world = plan.world(index);
-                for h in &case.hidden {
-                    (h.shaped.apply)(h.scale, r.like, &mut world);
-                }
+                let world = case.world(index);
                 RecordingAnswer {
                     file: file_name(index),
                     speed_m_per_s: world.speed_m_per_s,

@@ -243,8 +243,8 @@ impl Emulator {
                     return Instant::from_micros(microseconds_up(now));
                 }
             }
-            if let Some(at) = self.machine.chip().can.oldest_request() {
-                until = until.min(microseconds_up(at) * MICROSECOND);
+            if let Some(at) = self.machine.chip().can.wanted_at() {
+                until = until.min(at);
             }
             // An instruction or two may lie beyond.
             if now >= until {

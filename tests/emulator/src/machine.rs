@@ -17,7 +17,7 @@ use unicorn_engine::{Arch, ArmCpuModel, Mode, Prot, RegisterARM as Reg, Unicorn}
 use crate::chip::Chip;
 use crate::chip::map::{BANK, BANK_1, BANK_2, CCM, CCM_SIZE, INFORMATION, INFORMATION_SIZE, RAM, RAM_SIZE, UNIQUE_ID};
 use crate::image::Image;
-use crate::moment::{MICROSECOND, Picoseconds, microseconds_up};
+use crate::moment::Picoseconds;
 
 mod exceptions;
 mod hooks;
@@ -284,7 +284,7 @@ impl Machine {
             }
             let chip = self.chip();
             // The program must not run ahead of the bus that it has just given something to.
-            let limit = chip.can.oldest_request().map_or(limit, |at| limit.min(microseconds_up(at) * MICROSECOND));
+            let limit = chip.can.wanted_at().map_or(limit, |at| limit.min(at));
             if chip.nvic.reset_requested() {
                 return Halt::ResetRequested;
             }

@@ -80,7 +80,7 @@ pub fn page(diagnosis: &Diagnosis, answer: &Answer, name: &str) -> String {
         (sheet::beliefs(diagnosis))
         (glossary::glossary())
         h2 { "The answer in numbers" }
-        details { summary { "JSON, as " code { "--json" } " writes it" } pre { (serde_json::to_string_pretty(answer).unwrap_or_default()) } }
+        details { summary { "JSON, as " code { "--json" } " writes it" } pre { (serde_json::to_string_pretty(&answer.with_notes(&diagnosis.notes)).unwrap_or_default()) } }
     };
     document(&title, &[VERDICT_STYLE, OWN_STYLE], &body)
 }

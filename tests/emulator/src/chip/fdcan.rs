@@ -11,7 +11,7 @@
 use thud_firmware::board::{BusState, BusStatus, Frame};
 use thud_sim::bus::SeenError;
 
-use crate::moment::Picoseconds;
+use crate::moment::{MICROSECOND, Picoseconds, microseconds_up};
 
 const INIT: u32 = 1;
 const CCE: u32 = 1 << 1;
@@ -119,9 +119,9 @@ impl FdCan {
         std::mem::take(&mut self.requests)
     }
 
-    /// Since when the oldest request waits.
-    pub(crate) fn oldest_request(&self) -> Option<Picoseconds> {
-        self.requests.first().map(|(at, _)| *at)
+    /// When the bus notices the oldest request.
+    pub(crate) fn wanted_at(&self) -> Option<Picoseconds> {
+        self.requests.first().map(|(at, _)| microseconds_up(*at) * MICROSECOND)
     }
 
     /// Its error state.
