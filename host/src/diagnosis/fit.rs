@@ -95,6 +95,17 @@ struct RecordingTangent {
     local_prior: DVector<f64>,
 }
 
+impl RecordingTangent {
+    /// Where the recording's own coordinates go to imitate signatures with these Jᵀs, to first order.
+    fn locally_imitated(&self, transposed: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        let mut matrix = self.local.tr_mul(&self.local);
+        for place in 0..matrix.ncols() {
+            matrix[(place, place)] = matrix[(place, place)] * (1.0 + 1e-9) + self.local_prior[place].powi(2) + 1e-12;
+        }
+        Some(matrix.cholesky()?.solve(transposed))
+    }
+}
+
 /// The factorised normal equations of a tangent.
 pub struct Normal {
     blocks: Vec<Block>,
@@ -527,17 +538,33 @@ impl Tangent {
     #[must_use]
     pub fn local_rest(&self, recording: usize, residual: &[f64]) -> Vec<f64> {
         let columns = &self.recordings[recording];
-        let values = DVector::from_column_slice(residual);
-        let mut matrix = columns.local.tr_mul(&columns.local);
-        for place in 0..matrix.ncols() {
-            matrix[(place, place)] = matrix[(place, place)] * (1.0 + 1e-9) + columns.local_prior[place].powi(2) + 1e-12;
-        }
-        match matrix.cholesky() {
-            Some(factor) => {
-                let moved = factor.solve(&columns.local.tr_mul(&values));
-                (values - &columns.local * moved).as_slice().to_vec()
-            }
+        let values = DMatrix::from_column_slice(residual.len(), 1, residual);
+        match columns.locally_imitated(&columns.local.tr_mul(&values)) {
+            Some(moved) => (values - &columns.local * moved).as_slice().to_vec(),
             None => residual.to_vec(),
+        }
+    }
+
+    /// How signatures go along with what one recording leaves, and their products with each other, freed of what the recording's own
+    /// coordinates can do, beliefs about them included: what strains a belief speaks for what would relieve it. The gradient is that
+    /// of the recording's own coordinates.
+    #[must_use]
+    pub fn local_scores(
+        &self,
+        recording: usize,
+        signatures: &[&[f64]],
+        fit: &Fit,
+        gradient: &DVector<f64>,
+    ) -> (DVector<f64>, DMatrix<f64>) {
+        let columns = &self.recordings[recording];
+        let residual = &fit.residuals[recording];
+        let signatures = DMatrix::from_fn(residual.len(), signatures.len(), |row, which| signatures[which][row]);
+        let along = columns.local.tr_mul(&signatures);
+        let scores = signatures.tr_mul(&DVector::from_column_slice(residual));
+        let products = signatures.tr_mul(&signatures);
+        match columns.locally_imitated(&along) {
+            Some(moved) => (scores - moved.tr_mul(gradient), products - moved.tr_mul(&along)),
+            None => (scores, products),
         }
     }
 

@@ -38,6 +38,8 @@ const INSTANTS: usize = 40;
 const SETTLING: usize = 6;
 /// How many times the strength that was tried a signature is believed to grow in proportion.
 const LONGEST_WAY: f64 = 10.0;
+/// Of two phases a quarter of a turn apart that show themselves almost alike this part of their squares is none.
+const LIKE: f64 = 0.01;
 
 /// A mechanism at one start, compared with the rest.
 #[derive(Clone, Debug)]
@@ -77,7 +79,7 @@ pub fn screen(
     let motions: Option<Vec<Impact>> =
         all.par_iter().map(|number| predict::strike(problem, &fit.layout, &fit.point, *number).ok()).collect();
     let Some(motions) = motions else { return Vec::new() };
-    let shown = Shown { problem, fit, motions: &motions };
+    let shown = Shown { problem, fit, tangent, gradients: &gradients.1, motions: &motions };
     let projection = Projection { problem, fit, tangent, normal: &normal, gradients: &gradients };
     starts
         .par_iter()
@@ -86,14 +88,14 @@ pub fn screen(
             if configurations > 1 {
                 scopes.extend((0..configurations).map(Scope::Configuration));
             }
-            let Some((own, signature)) = turned(shown, tangent, effect) else { return Vec::new() };
+            let Some((own, signature)) = turned(shown, effect) else { return Vec::new() };
             let Some(mut whole) = projection.score(&signature, Scope::Everywhere) else { return Vec::new() };
             let (mut tried, mut own, mut signature) = (effect.clone(), own, signature);
             let mut longest = LONGEST_WAY;
             // Of a signature that is nearly all imitated a finite strength shows its curvature, not its direction.
             if whole.absorbed > MOSTLY_ABSORBED
                 && scale_strength(&mut tried, SMALL_STRENGTH).is_some()
-                && let Some((smaller_own, smaller)) = turned(shown, tangent, &tried)
+                && let Some((smaller_own, smaller)) = turned(shown, &tried)
                 && let Some(score) = projection.score(&smaller, Scope::Everywhere)
             {
                 (own, signature, whole) = (smaller_own, smaller, score);
@@ -163,12 +165,11 @@ impl Projection<'_> {
         let count = signature.len();
         let asks: Vec<(f64, f64)> = signature
             .iter()
-            .zip(&self.fit.residuals)
+            .zip(&self.gradients.1)
             .enumerate()
-            .map(|(number, (values, residual))| {
-                let own = self.tangent.local_rest(number, values);
-                let along: f64 = own.iter().zip(residual).map(|(s, r)| s * r).sum();
-                (along, own.iter().map(|s| s * s).sum())
+            .map(|(number, (values, gradient))| {
+                let (along, products) = self.tangent.local_scores(number, &[values], self.fit, gradient);
+                (along[0], products[(0, 0)])
             })
             .collect();
         let loudness = |(along, square): (f64, f64)| if square > 0.0 { along * along.abs() / square } else { 0.0 };
@@ -230,7 +231,7 @@ impl Projection<'_> {
 
 /// A mechanism's signature with each recording's own value, phase or instant, where it fits the residual best, and those values (none
 /// where the mechanism has none).
-fn turned(shown: Shown<'_>, tangent: &Tangent, effect: &Effect) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
+fn turned(shown: Shown<'_>, effect: &Effect) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
     let fit = shown.fit;
     let parameters = effect.mechanism().parameters;
     let at = |place: usize, value: f64| {
@@ -250,17 +251,18 @@ fn turned(shown: Shown<'_>, tangent: &Tangent, effect: &Effect) -> Option<(Vec<f
         return Some((Vec::new(), change));
     };
     let own: Vec<f64> = if parameters[place].search == Search::EachInstant {
-        instants(shown.problem, fit, tangent, |value| at(place, value))
+        instants(shown, |value| at(place, value))
     } else {
         let first = at(place, effect.value(place))?;
         let second = at(place, effect.value(place) + std::f64::consts::FRAC_PI_2)?;
-        let part = |form: &[f64], residual: &[f64]| {
-            let norm: f64 = form.iter().map(|f| f * f).sum();
-            if norm > 0.0 { form.iter().zip(residual).map(|(f, r)| f * r).sum::<f64>() / norm } else { 0.0 }
-        };
-        let both = first.iter().zip(&second).zip(&fit.residuals);
-        both.map(|((first, second), residual)| {
-            effect.value(place) + part(second, residual).atan2(part(first, residual))
+        let both = first.iter().zip(&second).zip(shown.gradients).enumerate();
+        both.map(|(number, ((first, second), gradient))| {
+            let (along, mut products) = shown.tangent.local_scores(number, &[first, second], fit, gradient);
+            // Of two that are nearly the same one, not the difference.
+            let size = products.trace();
+            (0..2).for_each(|place| products[(place, place)] += LIKE * size);
+            let parts = products.cholesky().map_or(along.clone(), |factor| factor.solve(&along));
+            effect.value(place) + parts[1].atan2(parts[0])
         })
         .collect()
     };
@@ -275,21 +277,16 @@ fn either_sign(effect: &Effect) -> bool {
 }
 
 /// For each recording the instant, s after contact, at which a signature of any strength takes most off its sum of squares.
-fn instants(
-    problem: &Problem,
-    fit: &Fit,
-    tangent: &Tangent,
-    at: impl Fn(f64) -> Option<Vec<Vec<f64>>> + Sync,
-) -> Vec<f64> {
+fn instants(shown: Shown<'_>, at: impl Fn(f64) -> Option<Vec<Vec<f64>>>) -> Vec<f64> {
+    let Shown { problem, fit, tangent, gradients, .. } = shown;
     let longest_s = problem.recordings.iter().map(|recording| recording.contact_time_s).fold(0.0, f64::max);
     let tried: Vec<f64> = (0..INSTANTS).map(|n| longest_s * (n as f64 + 0.5) / INSTANTS as f64).collect();
     let mut best = vec![(0.0, 0.5 * longest_s); problem.recordings.len()];
     for instant in tried {
         let Some(signature) = at(instant) else { continue };
-        for (number, (values, residual)) in signature.iter().zip(&fit.residuals).enumerate() {
-            let own = tangent.local_rest(number, values);
-            let z = own.iter().zip(residual).map(|(s, r)| s * r).sum::<f64>()
-                / own.iter().map(|s| s * s).sum::<f64>().sqrt();
+        for (number, (values, gradient)) in signature.iter().zip(gradients).enumerate() {
+            let (along, products) = tangent.local_scores(number, &[values], fit, gradient);
+            let z = along[0] / products[(0, 0)].sqrt();
             if z > best[number].0 {
                 best[number] = (z, instant);
             }
@@ -298,18 +295,21 @@ fn instants(
     best.into_iter().map(|(_, instant)| instant).collect()
 }
 
-/// What the fit shows, and its motions.
+/// What the fit shows, with its derivatives and its motions.
 #[derive(Clone, Copy)]
 struct Shown<'a> {
     problem: &'a Problem,
     fit: &'a Fit,
+    tangent: &'a Tangent,
+    /// Of what each recording has for itself.
+    gradients: &'a [DVector<f64>],
     motions: &'a [Impact],
 }
 
 impl Shown<'_> {
     /// Whitened change of every recording when the mechanism enters, everything else as fitted.
     fn signature(self, entrant: &Entrant) -> Option<Vec<Vec<f64>>> {
-        let Self { problem, fit, motions } = self;
+        let Self { problem, fit, motions, .. } = self;
         let layout = fit.layout.with(problem, entrant.clone());
         let point = layout.start_from(problem, &fit.layout, &fit.point);
         let seen_only = entrant.effect.mechanism().is_seen_only();

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! baseline ─▶ screen ─▶ refit the promising ─▶ best by BIC ─▶ is there a rest? ─▶ again … ─▶ drop what is not missed
+//!                                                  ─▶ all of it once more without what bends to each recording; the better one
 //! ```
 //!
 //! BIC = χ² + p·ln N, N whitened samples, p parameters of the mechanisms (G. Schwarz, Ann. Stat. 6 (1978) 461); a mechanism
@@ -158,6 +159,14 @@ impl Standing {
             && self.entrants().iter().zip(others).all(|(this, other)| this.is_same_as(other))
     }
 
+    /// The place of its only mechanism that another model of as many has not.
+    fn only_one_not_of(&self, other: &Self) -> Option<usize> {
+        let is_other = |entrant: &Entrant| other.entrants().iter().all(|theirs| !theirs.is_same_as(entrant));
+        let mut places = (0..self.mechanisms()).filter(|place| is_other(&self.entrants()[*place]));
+        let only = places.next().filter(|_| places.next().is_none());
+        only.filter(|_| self.mechanisms() == other.mechanisms())
+    }
+
     /// Whether what it leaves is more than noise and traces of the usual imperfections.
     fn asks(&self) -> bool {
         self.rest.z() > SIGNIFICANT || self.alone.p_value < UNLIKELY
@@ -183,21 +192,8 @@ pub fn select(
     let retuned = Standing::of(problem, Trial::new(problem, baseline), &all)?;
     let mut selecting =
         Selecting { problem, mechanisms, lines_hz, part: &all, retuned, screened: Vec::new(), rivals: Vec::new() };
-    let mut here = selecting.retuned.clone();
-    for round in 0..ROUNDS {
-        let before = here.entrants().to_vec();
-        here = selecting.grow(here, progress)?;
-        let settled = round > 0 && here.has(&before);
-        if settled || here.mechanisms() < 2 {
-            break;
-        }
-        progress("is each of them needed");
-        let grown = here.entrants().to_vec();
-        here = selecting.exchanged(here)?;
-        if here.has(&grown) {
-            break;
-        }
-    }
+    let here = selecting.settled(progress)?;
+    let here = selecting.steadied(here, progress)?;
     let Selecting { retuned, screened, rivals, .. } = selecting;
     let worth = here.worth();
     let Standing { trial: best, tangent, rest, alone, .. } = here;
@@ -224,13 +220,59 @@ impl Selecting<'_> {
         (self.retuned.trial.fit.cost - trial.fit.cost).max(0.0)
     }
 
-    /// BIC, and what a mechanism with a value of its own for each impact has to be worth beside one without: such a value bends to whatever
-    /// differs from recording to recording, and no rig is quite like its equations.
+    /// BIC, and what each mechanism with a value of its own for each impact has to be worth beside one without: such a value bends to
+    /// whatever differs from recording to recording, and no rig is quite like its equations.
     fn burden(&self, trial: &Trial) -> f64 {
-        let parameters = |entrant: &Entrant| entrant.effect.mechanism().parameters.iter();
-        let loose =
-            trial.fit.layout.entrants.iter().any(|entrant| parameters(entrant).any(Parameter::is_of_each_impact));
-        trial.bic + if loose { FURTHER * self.gained(trial) } else { 0.0 }
+        let loose = trial.fit.layout.entrants.iter().filter(|entrant| is_loose(entrant.effect.mechanism())).count();
+        trial.bic + loose as f64 * FURTHER * self.gained(trial)
+    }
+
+    /// A model grown, and its mechanisms exchanged, as long as that makes it better.
+    fn settled(&mut self, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
+        let mut here = self.retuned.clone();
+        for round in 0..ROUNDS {
+            let before = here.entrants().to_vec();
+            here = self.grow(here, progress)?;
+            let settled = round > 0 && here.has(&before);
+            if settled || here.mechanisms() < 2 {
+                break;
+            }
+            progress("is each of them needed");
+            let grown = here.entrants().to_vec();
+            here = self.exchanged(here)?;
+            if here.has(&grown) {
+                break;
+            }
+        }
+        Some(here)
+    }
+
+    /// What a mechanism with a value of its own for each impact explains at one go, two others may explain as well, and neither alone
+    /// comes near it: once more without it, and the better one of both. (With three anything bends to anything.)
+    fn steadied(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
+        let mut here = from;
+        for entrant in here.entrants().to_vec() {
+            let loose = entrant.effect.mechanism();
+            if !is_loose(loose) || !here.entrants().contains(&entrant) {
+                continue;
+            }
+            progress("do steadier ones do as well");
+            let others: Vec<_> = self.mechanisms.iter().copied().filter(|other| other.id != loose.id).collect();
+            let retuned = self.retuned.clone();
+            let mut without =
+                Selecting { mechanisms: &others, retuned, screened: Vec::new(), rivals: Vec::new(), ..*self };
+            let mut steadier = without.settled(progress)?;
+            if steadier.mechanisms() <= here.mechanisms() + 1
+                && without.burden(&steadier.trial) < self.burden(&here.trial)
+            {
+                (self.retuned, self.rivals) = (without.retuned, without.rivals);
+                std::mem::swap(&mut here, &mut steadier);
+            }
+            if let Some(place) = here.only_one_not_of(&steadier) {
+                self.rivals.push((place, steadier.trial));
+            }
+        }
+        Some(here)
     }
 
     /// One mechanism more, as long as one is worth it.
@@ -338,6 +380,11 @@ impl Selecting<'_> {
         }
         Some(here)
     }
+}
+
+/// Whether a mechanism has a value of its own for each impact.
+fn is_loose(mechanism: &Mechanism) -> bool {
+    mechanism.parameters.iter().any(Parameter::is_of_each_impact)
 }
 
 fn remaining(mechanisms: &[&'static Mechanism], fit: &Fit) -> Vec<&'static Mechanism> {
