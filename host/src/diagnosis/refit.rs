@@ -7,7 +7,7 @@
 //!
 //! A score is a promise of a tangent, what the simulation makes of it is another opinion: half of the starts are chosen by the one,
 //! half by the other. Where the fit so far strains what was stated it imitates what is missing; then the best start of each mechanism
-//! is tried once more beside what was stated. Where very much is left, mechanisms that promise nothing are tried at likely strengths.
+//! is tried once more beside what was stated. Where very much is left, mechanisms that promise little are tried at likely strengths.
 
 use std::collections::HashSet;
 
@@ -20,6 +20,8 @@ use super::omnibus::Omnibus;
 use super::problem::Problem;
 use super::screen::{Screened, scale_strength};
 use super::select::Trial;
+use super::subset::Subset;
+use super::verdict::SIGNIFICANT;
 
 /// How far a search goes.
 #[derive(Clone, Copy, Debug)]
@@ -65,7 +67,7 @@ const LONGER: f64 = 1.7;
 const MUCH: f64 = 100.0;
 /// And of so many enormous.
 const ENORMOUS: f64 = 2000.0;
-/// Mechanisms that are fitted where very much is left though they promise nothing, and from how many strengths each: the last is
+/// Mechanisms that are fitted where very much is left though they promise little, and from how many strengths each: the last is
 /// beyond what is likely.
 const SILENT: usize = 3;
 const SILENT_STRENGTHS: u32 = 6;
@@ -134,8 +136,13 @@ pub fn refit(
         let anew: Vec<Start> = anew.collect();
         starts.extend(anew);
     }
-    let silent = unpromised(problem, base, scores, rest, part);
-    starts.extend(silent.into_iter().map(|fit| Start { fit, promised: 0.0, looks: LOOKS_ANEW }));
+    if rest.z() > MUCH {
+        let silent = unpromised(problem, base, scores, &starts, part);
+        // The first is followed as if much were promised: where a step has to pass one sample after the other every iteration gains little.
+        let promised = |rank: usize| if rank == 0 { PROMISING * base.cost } else { 0.0 };
+        let starting = |(rank, fit): (usize, Fit)| Start { fit, promised: promised(rank), looks: LOOKS_ANEW };
+        starts.extend(silent.into_iter().enumerate().map(starting));
+    }
     finished(problem, base, starts, part, wanted)
 }
 
@@ -205,23 +212,20 @@ fn is_promised(base: &Fit, promised: f64, best: f64) -> bool {
     promised >= PROMISING * (base.cost - best) && promised < base.cost
 }
 
-/// Where very much is left, mechanisms that promise nothing: a step at contact that the fit has imitated by an earlier contact looks, to
-/// first order, like too much of itself. Each begins with likely strengths beside what was stated, the best few are fitted.
-fn unpromised(problem: &Problem, base: &Fit, scores: &[Screened], rest: Omnibus, part: Part<'_>) -> Vec<Fit> {
-    if rest.z() < MUCH {
-        return Vec::new();
-    }
+/// Where very much is left, mechanisms that promise little or nothing: a step at contact that the fit has imitated by an earlier contact
+/// looks, to first order, like too much of itself. Each begins with likely strengths beside what was stated, the best few are fitted.
+fn unpromised(problem: &Problem, base: &Fit, scores: &[Screened], begun: &[Start], part: Part<'_>) -> Vec<Fit> {
     let mut silent: Vec<&'static Mechanism> = Vec::new();
     for score in scores {
         let mechanism = score.entrant.effect.mechanism();
-        let of_same = || scores.iter().filter(|other| other.entrant.effect.mechanism().id == mechanism.id);
         if silent.iter().all(|other| other.id != mechanism.id)
             && mechanism.parameters[0].search == Search::Strength
-            && of_same().all(|other| other.entrant.scope != Scope::Everywhere || other.z < LEAST_SCORE)
+            && begun.iter().all(|start| start.kind().0 != mechanism.id)
         {
             silent.push(mechanism);
         }
     }
+    let scope = where_left(problem, base);
     let mut fits: Vec<Fit> = silent
         .par_iter()
         .filter_map(|mechanism| {
@@ -231,7 +235,7 @@ fn unpromised(problem: &Problem, base: &Fit, scores: &[Screened], rest: Omnibus,
             let fits = strengths.filter_map(|strength| {
                 let mut effect = mechanism.typical();
                 effect.set_value(0, strength).ok()?;
-                let layout = base.layout.with(problem, Entrant::everywhere(effect));
+                let layout = base.layout.with(problem, Entrant { scope, ..Entrant::everywhere(effect) });
                 let beside = layout.start_from(problem, &base.layout, &base.point);
                 let stated = layout.as_stated(&beside);
                 let fits = [beside, stated].map(|start| Fit::touching(problem, layout.clone(), start, part));
@@ -243,6 +247,25 @@ fn unpromised(problem: &Problem, base: &Fit, scores: &[Screened], rest: Omnibus,
     fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     fits.truncate(SILENT);
     fits
+}
+
+/// The recordings in which more than noise is left; everywhere where these are none or more than half.
+fn where_left(problem: &Problem, fit: &Fit) -> Scope {
+    let is_left = |residual: &Vec<f64>| {
+        let squares: f64 = residual.iter().map(|r| r * r).sum();
+        squares - residual.len() as f64 > SIGNIFICANT * (2.0 * residual.len() as f64).sqrt()
+    };
+    let some: Subset = (0..fit.residuals.len()).filter(|number| is_left(&fit.residuals[*number])).collect();
+    let is_all_of = |configuration: &usize| {
+        let mut recordings = problem.recordings.iter().enumerate();
+        recordings.all(|(number, recording)| some.includes(number) == (recording.configuration == *configuration))
+    };
+    if some.is_empty() || 2 * some.len() > fit.residuals.len() {
+        Scope::Everywhere
+    } else {
+        let configuration = (0..problem.configurations.len()).find(is_all_of);
+        configuration.map_or(Scope::Recordings(some), Scope::Configuration)
+    }
 }
 
 /// The best starts of each mechanism by score, and what relieves a strained belief whatever its score.
