@@ -1,11 +1,16 @@
 //! What to record next: computed from the models, not a canned sentence.
 //!
 //! Two models that these recordings cannot tell apart are both run at conditions that have not been recorded. What the one shows and
-//! the other cannot imitate (by contact instant, offset, speed and spring within their uncertainty) is how far that recording would
-//! separate them. Where everything is clear the advice is what could not have been seen.
+//! the other cannot imitate (by contact instant, offset, speed, spring and its own values for that recording, and by whatever else the
+//! recordings at hand leave it free to move) is how far that recording would separate them. It is asked for where a few of it tell
+//! clearly more than what is at hand does.
 
-use super::fit::{Effort, Fit};
-use super::layout::Role;
+use std::f64::consts::TAU;
+
+use thud_sim::mechanism::Search;
+
+use super::fit::{Effort, Fit, Tangent};
+use super::layout::{Layout, Point, Role};
 use super::problem::{Prepared, Problem, Samples};
 use super::select::{Selection, Trial};
 use super::verdict::{Verdict, twins};
@@ -16,6 +21,14 @@ use crate::campaign::Loaded;
 const SPEEDS: [f64; 4] = [0.25, 0.6, 1.0, 1.3];
 /// A speed that is re-estimated by so many of its stated deviations is not what was stated.
 const IMPOSSIBLE: f64 = 6.0;
+/// A recording is asked for where so many of it,
+pub const TIMES: usize = 3;
+/// with those at hand, separate two models so many times better,
+pub const RAISED: f64 = 1.5;
+/// less than one standard deviation being chance.
+pub const CHANCE: f64 = 1.0;
+/// From how many values of its own for the new recording an imitation begins.
+const OWN_STARTS: usize = 4;
 /// How long the recording is held after the contact that a free impact would have, in contact times; the second is a held contact.
 const HELD: [f64; 2] = [3.0, 25.0];
 
@@ -55,7 +68,7 @@ impl Asked {
         let (one, other) = twins.split_once(" from ")?;
         let (speed, rest) = rest.split_once(" m/s with ")?;
         let (configuration, rest) = rest.split_once(" kg (configuration ")?.1.split_once("), until ")?;
-        let (after, _) = rest.split_once(" s after contact")?;
+        let (after, _) = rest.split_once(" s after contact, ")?;
         Some(Self {
             twins: (one.to_owned(), other.to_owned()),
             speed_m_per_s: speed.parse().ok()?,
@@ -65,10 +78,21 @@ impl Asked {
     }
 }
 
+impl Separation {
+    /// How far so many such recordings separate two models that the ones at hand separate so far.
+    fn beside(&self, here: f64) -> f64 {
+        here.hypot(self.separation * (TIMES as f64).sqrt())
+    }
+}
+
 fn sentence((id, twin): (&str, &str), next: &Separation, here: f64) -> String {
     format!(
-        "To tell {id} from {twin}: record {:.2} m/s with {:.1} kg (configuration {}), until {:.2} s after contact. One such recording separates them by {:.1} standard deviations; the best of those at hand by {here:.1}.",
-        next.speed_m_per_s, next.mass_kg, next.configuration, next.after_s, next.separation
+        "To tell {id} from {twin}: record {:.2} m/s with {:.1} kg (configuration {}), until {:.2} s after contact, {TIMES} times. They are then {:.1} standard deviations apart; with the recordings at hand {here:.1}.",
+        next.speed_m_per_s,
+        next.mass_kg,
+        next.configuration,
+        next.after_s,
+        next.beside(here)
     )
 }
 
@@ -95,11 +119,13 @@ pub fn advice(problem: &Problem, selection: &Selection) -> Vec<String> {
         for (twin, _) in twins(selection, place) {
             let rival = selection.rivals.iter().find(|(of, trial)| *of == place && last_id(trial) == Some(twin));
             let Some((_, rival)) = rival else { continue };
-            let here = recorded(problem, &best.fit, &rival.fit);
+            let here = (best.fit.cost - rival.fit.cost).abs().sqrt();
             match separations(problem, &best.fit, &rival.fit).into_iter().next() {
-                Some(next) if next.separation > 0.5 => sentences.push(sentence((id, twin), &next, here)),
+                Some(next) if next.beside(here) > RAISED * here.max(CHANCE) => {
+                    sentences.push(sentence((id, twin), &next, here));
+                }
                 _ => sentences.push(format!(
-                    "No speed, mass or longer recording on this rig tells {id} from {twin}: change the rig ({}).",
+                    "No speed, mass or longer recording on this rig tells {id} from {twin} much better: change the rig ({}).",
                     best.fit.layout.entrants[place].effect.mechanism().separated_by
                 )),
             }
@@ -146,17 +172,12 @@ fn energy(recording: &Prepared) -> f64 {
     recording.mass.value * recording.speed.value.powi(2)
 }
 
-/// How far the best of the present recordings separates two fits.
-fn recorded(problem: &Problem, one: &Fit, other: &Fit) -> f64 {
-    (0..problem.recordings.len())
-        .map(|number| (one.recording_cost(number) - other.recording_cost(number)).abs().sqrt())
-        .fold(0.0, f64::max)
-}
-
 /// Recordings that could be made, the one that separates most first.
 #[must_use]
 pub fn separations(problem: &Problem, one: &Fit, other: &Fit) -> Vec<Separation> {
     let fastest = problem.recordings.iter().map(|recording| recording.speed.value.abs()).fold(0.0, f64::max);
+    let at_hand: Vec<usize> = (0..problem.recordings.len()).collect();
+    let Some(tangent) = other.tangent(problem, &at_hand) else { return Vec::new() };
     let mut all = Vec::new();
     for configuration in 0..problem.configurations.len() {
         let Some(model) = problem.recordings.iter().position(|recording| recording.configuration == configuration)
@@ -165,7 +186,7 @@ pub fn separations(problem: &Problem, one: &Fit, other: &Fit) -> Vec<Separation>
         };
         for part in SPEEDS {
             for held in HELD {
-                if let Some(separation) = separation(problem, one, other, model, part * fastest, held) {
+                if let Some(separation) = separation(problem, one, (other, &tangent), model, part * fastest, held) {
                     all.push(separation);
                 }
             }
@@ -175,8 +196,15 @@ pub fn separations(problem: &Problem, one: &Fit, other: &Fit) -> Vec<Separation>
     all
 }
 
-/// Simulates `one` as a recording and lets `other` imitate it.
-fn separation(problem: &Problem, one: &Fit, other: &Fit, like: usize, speed: f64, held: f64) -> Option<Separation> {
+/// Simulates `one` as a recording and lets `other`, whose tangent at the recordings at hand is given, imitate it.
+fn separation(
+    problem: &Problem,
+    one: &Fit,
+    (other, at_hand): (&Fit, &Tangent),
+    like: usize,
+    speed: f64,
+    held: f64,
+) -> Option<Separation> {
     let pattern = &problem.recordings[like];
     let step_s = (pattern.times_s[pattern.times_s.len() - 1] - pattern.times_s[0]) / (pattern.times_s.len() - 1) as f64;
     let contact_s = 0.02;
@@ -218,14 +246,59 @@ fn separation(problem: &Problem, one: &Fit, other: &Fit, like: usize, speed: f64
     let shown = Fit::at(&quiet, one.layout.clone(), start(one, &quiet), &[0])?;
     let series: Vec<Vec<f64>> = shown.model[0].chunks(times_s.len()).map(<[f64]>::to_vec).collect();
     let hypothetical = blank(series);
-    let imitated = Fit::run(&hypothetical, other.layout.clone(), start(other, &hypothetical), &[0], Effort::LOCAL)?;
+    let starts = own_starts(&hypothetical, &other.layout, start(other, &hypothetical));
+    let fits = starts.into_iter().filter_map(|start| {
+        let fit = Fit::run(&hypothetical, other.layout.clone(), start, &[0], Effort::LOCAL)?;
+        Some((own_cost(&hypothetical, &fit), fit))
+    });
+    let (left, imitated) = fits.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let yielded = yielded(at_hand, &hypothetical, &imitated)?;
     Some(Separation {
         speed_m_per_s: speed,
         mass_kg: pattern.mass.value,
         configuration: problem.configurations[pattern.configuration].clone(),
         after_s,
-        separation: imitated.recording_cost(0).sqrt(),
+        separation: (left - yielded).max(0.0).sqrt(),
     })
+}
+
+/// The starts of an imitation: what a mechanism has of its own for each impact, a phase or an instant, may be anything.
+fn own_starts(problem: &Problem, layout: &Layout, start: Point) -> Vec<Point> {
+    let mut starts = vec![start];
+    for (place, coordinate) in layout.locals.iter().enumerate() {
+        let Role::Mechanism { entrant, place: number } = coordinate.role else { continue };
+        let instant = layout.entrants[entrant].effect.mechanism().parameters[number].search == Search::EachInstant;
+        let whole = if instant { problem.recordings[0].contact_time_s } else { TAU };
+        let values = (0..OWN_STARTS).map(|part| whole * (part as f64 + 0.5) / OWN_STARTS as f64);
+        starts = values
+            .flat_map(|value| {
+                let mut starts = starts.clone();
+                starts.iter_mut().for_each(|start| start.locals[0][place] = value);
+                starts
+            })
+            .collect();
+    }
+    starts
+}
+
+/// What the only recording of a problem costs, with what strains the beliefs about it alone.
+fn own_cost(problem: &Problem, fit: &Fit) -> f64 {
+    let strain = |(place, value): (usize, &f64)| {
+        let prior = fit.layout.local_prior(problem, 0, place);
+        prior.map_or(0.0, |(mean, sd)| ((value - mean) / sd).powi(2))
+    };
+    fit.recording_cost(0) + fit.point.locals[0].iter().enumerate().map(strain).sum::<f64>()
+}
+
+/// By how much that falls, to first order, when the shared coordinates move as well, as far as the recordings at hand leave them free.
+fn yielded(at_hand: &Tangent, problem: &Problem, fit: &Fit) -> Option<f64> {
+    let mut residuals = vec![Vec::new(); at_hand.recordings()];
+    residuals.push(fit.residuals[0].clone());
+    let all = at_hand.clone().and(fit.tangent(problem, &[0])?);
+    let (globals, mut locals) = all.transposed(&residuals);
+    // The recording's own coordinates are where they want to be.
+    locals.iter_mut().for_each(|local| local.fill(0.0));
+    Some(all.normal(0.0)?.solve(&globals, &locals).globals.dot(&globals))
 }
 
 #[cfg(test)]

@@ -534,6 +534,19 @@ impl Tangent {
         }
     }
 
+    /// Of how many recordings it is.
+    #[must_use]
+    pub fn recordings(&self) -> usize {
+        self.recordings.len()
+    }
+
+    /// With the recordings of another tangent of the same coordinates after its own.
+    #[must_use]
+    pub fn and(mut self, more: Self) -> Self {
+        self.recordings.extend(more.recordings);
+        self
+    }
+
     /// What one recording's own coordinates leave of a whitened residual, to first order.
     #[must_use]
     pub fn local_rest(&self, recording: usize, residual: &[f64]) -> Vec<f64> {

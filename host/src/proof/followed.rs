@@ -17,14 +17,10 @@ use super::conceal::{self, Further, Request};
 use super::hidden::Hidden;
 use super::said::Said;
 use crate::campaign::load;
-use crate::diagnosis::advice::{Asked, told_apart};
+use crate::diagnosis::advice::{Asked, CHANCE, TIMES, told_apart};
 
-/// How often the advised recording is made.
-const TIMES: usize = 3;
 /// No more cases than these are followed: each takes as long as a diagnosis.
 pub const MOST: usize = 40;
-/// Less than one standard deviation is chance.
-const CHANCE: f64 = 1.0;
 
 /// A case in which the advice was followed.
 #[derive(Clone, Debug, Serialize)]

@@ -6,6 +6,7 @@ use super::followed::Followed;
 use super::interval::{Number, Share};
 use super::judged::Judged;
 use super::score::{Scores, found, single};
+use crate::diagnosis::advice::RAISED;
 
 /// What is demanded of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -238,7 +239,7 @@ pub fn targets(cases: &[Judged], scores: &Scores, followed: &[Followed]) -> Vec<
             "twins",
             "advised recording separates 1.5 times better",
             AtLeast(0.85),
-            Share::count(followed.iter().map(Followed::raised), |times| *times >= 1.5),
+            Share::count(followed.iter().map(Followed::raised), |times| *times >= RAISED),
             "ambiguous answers that ask for a recording which tells what is hidden from its twin; it is made three times, forty answers at most",
         ),
         share(
