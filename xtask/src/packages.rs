@@ -1,6 +1,5 @@
 //! The distribution's packages: installed where that is permitted, and what happens where it is not.
 
-use std::env;
 use std::process::Command;
 
 use crate::step;
@@ -42,7 +41,7 @@ pub fn known(packages: &[&str]) -> bool {
 /// # Errors
 /// With `CI=true` nothing may be.
 pub fn left_out(what: &str) -> Result<(), String> {
-    if env::var("CI").as_deref() == Ok("true") {
+    if step::is_ci() {
         return Err(format!("{what}\nCI=true: nothing may be left out"));
     }
     eprintln!("note: {what}");

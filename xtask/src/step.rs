@@ -19,10 +19,15 @@ pub fn command(program: impl AsRef<OsStr>, arguments: &[&str]) -> Command {
 /// The cargo that runs this. With `CI=true` nothing is built a second time: what would make that faster takes gigabytes and is left out.
 pub fn cargo(arguments: &[&str]) -> Command {
     let mut cargo = command(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()), arguments);
-    if std::env::var("CI").as_deref() == Ok("true") {
+    if is_ci() {
         cargo.env("CARGO_INCREMENTAL", "0");
     }
     cargo
+}
+
+/// Whether nothing may be left out and nothing is built twice: `CI=true`.
+pub fn is_ci() -> bool {
+    std::env::var("CI").as_deref() == Ok("true")
 }
 
 /// Announces and runs a command.
