@@ -249,7 +249,7 @@ fn separation(
     let starts = own_starts(&hypothetical, &other.layout, start(other, &hypothetical));
     let fits = starts.into_iter().filter_map(|start| {
         let fit = Fit::run(&hypothetical, other.layout.clone(), start, &[0], Effort::LOCAL)?;
-        Some((own_cost(&hypothetical, &fit), fit))
+        Some((fit.own_cost(&hypothetical, 0), fit))
     });
     let (left, imitated) = fits.min_by(|a, b| a.0.total_cmp(&b.0))?;
     let yielded = yielded(at_hand, &hypothetical, &imitated)?;
@@ -281,16 +281,7 @@ fn own_starts(problem: &Problem, layout: &Layout, start: Point) -> Vec<Point> {
     starts
 }
 
-/// What the only recording of a problem costs, with what strains the beliefs about it alone.
-fn own_cost(problem: &Problem, fit: &Fit) -> f64 {
-    let strain = |(place, value): (usize, &f64)| {
-        let prior = fit.layout.local_prior(problem, 0, place);
-        prior.map_or(0.0, |(mean, sd)| ((value - mean) / sd).powi(2))
-    };
-    fit.recording_cost(0) + fit.point.locals[0].iter().enumerate().map(strain).sum::<f64>()
-}
-
-/// By how much that falls, to first order, when the shared coordinates move as well, as far as the recordings at hand leave them free.
+/// By how much the cost of a problem's only recording falls, to first order, when the shared coordinates move as well, as far as the recordings at hand leave them free.
 fn yielded(at_hand: &Tangent, problem: &Problem, fit: &Fit) -> Option<f64> {
     let mut residuals = vec![Vec::new(); at_hand.recordings()];
     residuals.push(fit.residuals[0].clone());

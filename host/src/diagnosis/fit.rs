@@ -248,6 +248,12 @@ impl Fit {
         self.residuals[recording].iter().map(|r| robust(*r)).sum()
     }
 
+    /// The same with what strains the beliefs about that recording.
+    #[must_use]
+    pub fn own_cost(&self, problem: &Problem, recording: usize) -> f64 {
+        self.recording_cost(recording) + own_prior_cost(problem, &self.layout, &self.point, recording)
+    }
+
     /// How far the most strained belief about rig, masses and filter is from where it was, in its deviations.
     #[must_use]
     pub fn strain(&self) -> f64 {
@@ -510,18 +516,20 @@ fn whitened_residual(problem: &Problem, recording: usize, model: &[f64]) -> Vec<
 }
 
 fn prior_cost(problem: &Problem, layout: &Layout, point: &Point, part: Part<'_>) -> f64 {
-    let pull = |value: f64, prior: Option<(f64, f64)>| prior.map_or(0.0, |(mean, sd)| ((value - mean) / sd).powi(2));
-    let global: f64 =
-        layout.globals.iter().zip(&point.globals).map(|(coordinate, value)| pull(*value, coordinate.prior)).sum();
-    let local: f64 = part
-        .iter()
-        .map(|&recording| {
-            (0..layout.locals.len())
-                .map(|place| pull(point.locals[recording][place], layout.local_prior(problem, recording, place)))
-                .sum::<f64>()
-        })
-        .sum();
+    let globals = layout.globals.iter().zip(&point.globals);
+    let global: f64 = globals.map(|(coordinate, value)| strain_cost(*value, coordinate.prior)).sum();
+    let local: f64 = part.iter().map(|&recording| own_prior_cost(problem, layout, point, recording)).sum();
     global + local
+}
+
+/// What strains the beliefs about one recording's own coordinates.
+fn own_prior_cost(problem: &Problem, layout: &Layout, point: &Point, recording: usize) -> f64 {
+    let prior = |place| layout.local_prior(problem, recording, place);
+    point.locals[recording].iter().enumerate().map(|(place, value)| strain_cost(*value, prior(place))).sum()
+}
+
+fn strain_cost(value: f64, prior: Option<(f64, f64)>) -> f64 {
+    prior.map_or(0.0, |(mean, sd)| ((value - mean) / sd).powi(2))
 }
 
 impl Tangent {
