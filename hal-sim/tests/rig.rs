@@ -470,7 +470,10 @@ fn relaxing_springs_leave_the_cell_without_force_when_the_robot_has_gone() {
 #[test]
 fn a_hardening_spring_stops_the_robot_where_its_energy_is_used_up() {
     let (k, mass, speed, lock) = (25e3, 6.0, 0.3, 0.012);
-    let contact = strike(&Rig::impact(k), speed, mass, &["hardening:exponent=1,lock_m=0.012"], 0.1).truth().contacts[0];
+    let contact =
+        strike(&Rig::impact(k), speed, mass, &["hardening:growth_per_m=83.333333333333333,lock_m=0.012"], 0.1)
+            .truth()
+            .contacts[0];
     let top = contact.stroke_m;
     let stored = k * (-lock * top - lock * lock * (1.0 - top / lock).ln());
     assert_near("energy", stored, 0.5 * mass * speed * speed, 1e-7);
@@ -478,7 +481,8 @@ fn a_hardening_spring_stops_the_robot_where_its_energy_is_used_up() {
     assert_near("speed after", contact.speed_after_m_per_s, -speed, 1e-7);
     // Far beyond the lock the tangent holds it, behind a pad too.
     let hard = Rig::impact(150e3).with_pad(15e3);
-    let bottomed = strike(&hard, 0.6, 12.0, &["hardening:exponent=2,lock_m=0.003"], 0.1).truth().contacts[0];
+    let bottomed =
+        strike(&hard, 0.6, 12.0, &["hardening:growth_per_m=666.66666666666667,lock_m=0.003"], 0.1).truth().contacts[0];
     assert_near("speed after", bottomed.speed_after_m_per_s, -0.6, 1e-5);
 }
 

@@ -3,7 +3,9 @@
 //! The piece sticks while less than F_c is needed to hold it, and slides against F_c. On a massless piece in
 //! series with pad and spring this is a play operator: while it sticks only the pad yields, and the stroke of
 //! the spring lags behind the robot's by F_c/k. Whether the cell sees the friction depends on what the guide
-//! stands on, which `cell_share` says; the spring's force it always sees.
+//! stands on, which `cell_share` says; the spring's force it always sees. When the robot has gone, friction holds a massless
+//! piece where it is, at F_c. A real one is left with some momentum: at F_c − v·√(m·k) as long as that is little, and anywhere
+//! between −F_c and F_c beyond. F_c·rest_share^(v/0.25 m/s) is both on average.
 //!
 //! Source: C. A. Coulomb; play operator: M. Brokate, J. Sprekels, Hysteresis and Phase Transitions (1996), ch. 2.
 
@@ -19,6 +21,19 @@ pub(super) const CELL_SHARE: Parameter = Parameter {
     range: (0.0, 1.0),
     plausible: (0.0, 1.0),
     typical: 0.0,
+    scale: Scale::Linear,
+    search: Search::Typical,
+};
+
+/// What friction still holds when the robot has gone.
+pub(super) const REST_SHARE: Parameter = Parameter {
+    name: "rest_share",
+    unit: "1",
+    meaning: "part of the sliding friction that the springs still press with after a release at 0.25 m/s: 1 for a piece without mass",
+    null: None,
+    range: (0.0, 1.0),
+    plausible: (0.0, 1.0),
+    typical: 1.0,
     scale: Scale::Linear,
     search: Search::Typical,
 };
@@ -42,6 +57,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             search: Search::Strength,
         },
         CELL_SHARE,
+        REST_SHARE,
     ],
     signature: "a loop of constant width in force over stroke, a short plateau at the turning point, a rest of up to F_c after release",
     confused_with: &["hunt-crossley-damping", "load-dependent-friction", "stiction", "piezo-discharge"],
@@ -52,4 +68,5 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 fn enter(effect: &Effect, assembly: &mut Assembly) {
     assembly.guide.coulomb_n += effect.value(0);
     assembly.guide.cell_share = effect.value(1);
+    assembly.guide.rest_share = effect.value(2);
 }

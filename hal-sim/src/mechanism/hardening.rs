@@ -3,6 +3,9 @@
 //! F = k·δ/(1 − δ/δ_l)^p; beyond 95 % of the locking depth δ_l the force goes on along its tangent, so that it is
 //! finite for any depth. On a rig without a pad it is the springs that harden.
 //!
+//! A pad that is pressed far less than to its locking depth shows p/δ_l alone, F = k·δ·(1 + δ·p/δ_l + …): that is the strength. How
+//! deep it would lock shows only near that depth.
+//!
 //! Source: locking-material law as used for foams and soft pads; δ_l 0.4 to 0.7 of the thickness.
 
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
@@ -12,17 +15,17 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "hardening",
     group: Group::Contact,
     site: Site::Pad,
-    equation: "F = k·δ/(1 − δ/δ_l)^p",
+    equation: "F = k·δ/(1 − δ/lock)^(growth·lock)",
     source: "locking law; δ_l 0.4 to 0.7 of a pad of 7 to 21 mm",
     parameters: &[
         Parameter {
-            name: "exponent",
-            unit: "1",
-            meaning: "how steeply the pad locks",
+            name: "growth_per_m",
+            unit: "1/m",
+            meaning: "relative growth of the stiffness with depth, where it begins: the law's exponent over its locking depth",
             null: Some(0.0),
-            range: (0.0, 5.0),
-            plausible: (0.05, 2.0),
-            typical: 1.0,
+            range: (0.0, 2000.0),
+            plausible: (5.0, 500.0),
+            typical: 125.0,
             scale: Scale::Logarithmic,
             search: Search::Strength,
         },
@@ -45,7 +48,9 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    assembly.contact_laws.push(Box::new(Locking { exponent: effect.value(0), lock_m: effect.value(1) }));
+    assembly
+        .contact_laws
+        .push(Box::new(Locking { exponent: effect.value(0) * effect.value(1), lock_m: effect.value(1) }));
 }
 
 /// Where the tangent takes over, as a part of the locking depth.

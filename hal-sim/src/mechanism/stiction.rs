@@ -37,6 +37,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             search: Search::Plausible,
         },
         super::guide_friction::CELL_SHARE,
+        super::guide_friction::REST_SHARE,
     ],
     signature: "a dead zone at the start and at the turning point that ends with a jump; a rest after release",
     confused_with: &["guide-friction", "clearance"],
@@ -48,4 +49,5 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
     assembly.guide.coulomb_n += effect.value(0);
     assembly.guide.static_ratio = assembly.guide.static_ratio.max(effect.value(1));
     assembly.guide.cell_share = effect.value(2);
+    assembly.guide.rest_share = effect.value(3);
 }

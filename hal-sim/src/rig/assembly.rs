@@ -183,6 +183,9 @@ pub trait ForceLaw: Debug + Send + Sync {
     fn state_rates(&self, _deformation: Deformation, _states: &[f64], _rates: &mut [f64]) {}
 }
 
+/// The speed that [`Guide::rest_share`] is stated at, m/s: the highest of a robot that is guided by hand (ISO 10218-1).
+pub const REST_SPEED_M_PER_S: f64 = 0.25;
+
 /// What the guide does to the piece.
 ///
 /// Dry friction: it sticks as long as less than
@@ -201,11 +204,21 @@ pub struct Guide {
     /// Which part of the friction reaches the load cell; 0 when the guide stands beside the cell, 1 when it
     /// stands on it.
     pub cell_share: f64,
+    /// Which part of the friction the springs press with after the robot has left a piece without a mass of its own at
+    /// [`REST_SPEED_M_PER_S`].
+    pub rest_share: f64,
 }
 
 impl Default for Guide {
     fn default() -> Self {
-        Self { coulomb_n: 0.0, load_coefficient: 0.0, static_ratio: 1.0, air_ns2_per_m2: 0.0, cell_share: 0.0 }
+        Self {
+            coulomb_n: 0.0,
+            load_coefficient: 0.0,
+            static_ratio: 1.0,
+            air_ns2_per_m2: 0.0,
+            cell_share: 0.0,
+            rest_share: 1.0,
+        }
     }
 }
 
@@ -220,6 +233,13 @@ impl Guide {
     #[must_use]
     pub fn air_n(&self, velocity_m_per_s: f64) -> f64 {
         self.air_ns2_per_m2 * velocity_m_per_s * velocity_m_per_s.abs()
+    }
+
+    /// Which part of the friction the springs press with after the robot has left at this velocity: 1 − v·√(m·k)/F_c for a slow piece
+    /// of a small mass m, and nothing on average for a fast one, which swings to and fro.
+    #[must_use]
+    pub fn left_share(&self, velocity_m_per_s: f64) -> f64 {
+        self.rest_share.powf(velocity_m_per_s.abs() / REST_SPEED_M_PER_S)
     }
 
     /// Friction while sliding under a contact force, N.

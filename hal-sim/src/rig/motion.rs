@@ -865,9 +865,17 @@ impl System {
     fn left_m(&self, instant: &Instant, state: &[f64], mode: &Mode) -> f64 {
         let most_n = self.assembly.guide.coulomb_n;
         if self.pull_off_n == 0.0 || instant.spring_n.abs() <= most_n {
+            return self.rest_m(instant.spring_n, instant, state, mode);
+        }
+        self.rest_m(most_n.copysign(instant.spring_n), instant, state, mode)
+    }
+
+    /// Where a piece rests that friction would hold against this force of the springs, had it no momentum at all.
+    fn rest_m(&self, spring_n: f64, instant: &Instant, state: &[f64], mode: &Mode) -> f64 {
+        let left_n = self.assembly.guide.left_share(instant.over_m_per_s) * spring_n;
+        if left_n == instant.spring_n {
             return instant.piece_m;
         }
-        let left_n = most_n.copysign(instant.spring_n);
         depth_under(left_n, instant.piece_m, |depth_m| self.spring(depth_m, 0.0, state, mode))
     }
 

@@ -45,6 +45,7 @@ pub struct NearestModel {
 /// The elastic part of a model.
 struct Elastic {
     stiffness_n_per_m: f64,
+    /// Exponent and locking depth.
     hardening: Option<(f64, f64)>,
 }
 
@@ -67,7 +68,7 @@ pub fn nearest_model(found: &Identification, loaded: &Loaded) -> NearestModel {
         }
     };
     if let Some((exponent, lock_m)) = elastic.hardening {
-        add("hardening", &[("exponent", exponent), ("lock_m", lock_m)], vec![None, None]);
+        add("hardening", &hardening(exponent, lock_m), vec![None, None]);
     }
     let interval = |name: &str| {
         let parameter = law.parameters.iter().find(|parameter| parameter.name == name)?;
@@ -102,6 +103,11 @@ pub fn nearest_model(found: &Identification, loaded: &Loaded) -> NearestModel {
     let model = Model { name: format!("{}, {}", loaded.campaign.name, law.law.name), rig, mechanisms };
     let (error_rms_n, worst_peak_error) = error(found, law, &model);
     NearestModel { exact: because.is_empty(), because: because.join("; "), model, error_rms_n, worst_peak_error }
+}
+
+/// The parameters of `hardening`.
+fn hardening(exponent: f64, lock_m: f64) -> [(&'static str, f64); 2] {
+    [("growth_per_m", exponent / lock_m), ("lock_m", lock_m)]
 }
 
 fn relative_of_force(law: &Identified) -> f64 {
@@ -148,9 +154,8 @@ fn elastic(values: &Values, deepest_m: f64, is_straight: bool, because: &mut Vec
             for power in 1..=200 {
                 let exponent = 0.025 * f64::from(power);
                 let (stiffness, left) = scaled(&|depth| depth / (1.0 - depth / lock_m).powf(exponent));
-                if left < best.0 && Effect::new("hardening", &[("exponent", exponent), ("lock_m", lock_m)]).is_ok() {
-                    let hardening = Some((exponent, lock_m));
-                    best = (left, Elastic { stiffness_n_per_m: stiffness, hardening });
+                if left < best.0 && Effect::new("hardening", &hardening(exponent, lock_m)).is_ok() {
+                    best = (left, Elastic { stiffness_n_per_m: stiffness, hardening: Some((exponent, lock_m)) });
                 }
             }
         }

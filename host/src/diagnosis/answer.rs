@@ -1,5 +1,6 @@
 //! The answer as the contract has it: `thud-diagnosis/1`.
 
+use nalgebra::DVector;
 use serde::Serialize;
 use thud_sim::mechanism::{Scale, Search};
 
@@ -8,6 +9,7 @@ use super::layout::{Role, coordinate_of, value_of};
 use super::locate::locate;
 use super::predict;
 use super::retuned::{Retuned, retuned};
+use super::select::Selection;
 use super::verdict::{Verdict, remains, rest_share, twins};
 use super::words;
 use super::{Diagnosis, Note};
@@ -194,22 +196,24 @@ fn unexplained(diagnosis: &Diagnosis, held_out_rmse: f64) -> Unexplained {
     }
 }
 
-/// A mechanism's parameters in the chosen model: intervals from the curvature of χ² and from what the equations lack.
+/// A mechanism's parameters in the chosen model: intervals from the curvature of χ² and from what the equations lack. What is likely of
+/// any rig chooses among shapes that the recordings do not tell apart; an interval is to say that they do not.
 #[must_use]
 pub fn parameters(diagnosis: &Diagnosis, place: usize) -> Vec<Value> {
-    within(diagnosis, place, EQUATIONS)
+    let Selection { best, tangent, .. } = &diagnosis.selection;
+    let told = tangent.without_beliefs(|global| best.fit.layout.globals[global].is_guess);
+    within(diagnosis, place, told.normal(0.0).map(|normal| normal.global_deviations()).as_ref(), EQUATIONS)
 }
 
 /// The same with what noise alone leaves open: for recordings of the same rig, for which the equations are wrong in the same way.
 #[must_use]
 pub fn parameters_by_noise(diagnosis: &Diagnosis, place: usize) -> Vec<Value> {
-    within(diagnosis, place, 0.0)
+    within(diagnosis, place, diagnosis.selection.deviations.as_ref(), 0.0)
 }
 
 /// `equations`: relative deviation from what the equations lack.
-fn within(diagnosis: &Diagnosis, place: usize, equations: f64) -> Vec<Value> {
-    let selection = &diagnosis.selection;
-    let fit = &selection.best.fit;
+fn within(diagnosis: &Diagnosis, place: usize, deviations: Option<&DVector<f64>>, equations: f64) -> Vec<Value> {
+    let fit = &diagnosis.selection.best.fit;
     let effect = fit.layout.effect(&diagnosis.problem, place, &fit.point);
     effect
         .mechanism()
@@ -220,7 +224,7 @@ fn within(diagnosis: &Diagnosis, place: usize, equations: f64) -> Vec<Value> {
             let value = effect.value(number);
             let role = Role::Mechanism { entrant: place, place: number };
             let global = fit.layout.globals.iter().position(|coordinate| coordinate.role == role);
-            let interval = global.zip(selection.deviations.as_ref()).map(|(global, deviations)| {
+            let interval = global.zip(deviations).map(|(global, deviations)| {
                 let here = coordinate_of(parameter, value);
                 // A line is counted, period by period, whatever the equation.
                 let counted = parameter.search == Search::OfLines;

@@ -542,6 +542,14 @@ impl Tangent {
         }
     }
 
+    /// The same, with nothing believed about these global coordinates.
+    #[must_use]
+    pub fn without_beliefs(&self, about: impl Fn(usize) -> bool) -> Self {
+        let prior = |place: usize| if about(place) { 0.0 } else { self.global_prior[place] };
+        let global_prior = DVector::from_fn(self.global_prior.len(), |place, _| prior(place));
+        Self { recordings: self.recordings.clone(), global_prior }
+    }
+
     /// Of how many recordings it is.
     #[must_use]
     pub fn recordings(&self) -> usize {

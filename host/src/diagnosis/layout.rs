@@ -109,6 +109,8 @@ pub struct Coordinate {
     pub role: Role,
     /// Mean and standard deviation of what is believed; `None`: nothing.
     pub prior: Option<(f64, f64)>,
+    /// Whether that is nothing of this rig, only what is likely of any.
+    pub is_guess: bool,
     /// Step of a finite difference.
     pub step: f64,
     /// The longest step of an iteration.
@@ -178,6 +180,7 @@ impl Layout {
         let relative = |role: Role, sd: f64| Coordinate {
             role,
             prior: Some((0.0, sd.max(LEAST_SD))),
+            is_guess: false,
             step: 1e-3,
             stride: 0.3,
             range: (-3.0, 3.0),
@@ -199,6 +202,7 @@ impl Layout {
             globals.push(Coordinate {
                 role: Role::Converter,
                 prior: Some((mean, sd)),
+                is_guess: false,
                 step: 0.02,
                 stride: 0.1,
                 range: (0.0, WIDEST_CONVERTER),
@@ -207,6 +211,7 @@ impl Layout {
         let mut locals = vec![Coordinate {
             role: Role::Contact,
             prior: None,
+            is_guess: false,
             step: 1e-5,
             stride: 2e-3,
             range: (f64::NEG_INFINITY, f64::INFINITY),
@@ -219,6 +224,7 @@ impl Layout {
             locals.push(Coordinate {
                 role: Role::Offset(channel),
                 prior: None,
+                is_guess: false,
                 step: 1.0,
                 stride: f64::INFINITY,
                 range: (f64::NEG_INFINITY, f64::INFINITY),
@@ -439,6 +445,7 @@ fn mechanism_coordinate(problem: &Problem, mechanism: &'static Mechanism, entran
             ((low, high), (shape && !parameter.is_of_each_impact()).then_some(prior), 0.3 * width)
         }
     };
+    let is_guess = stated.is_none();
     let prior = stated.map(|mass| (mass.value.ln(), (mass.sd / mass.value).max(LEAST_SD))).or(prior);
     let step = match parameter.scale {
         // A jump that moves (what pulls comes off later) shows only where it moves by a part of a sample.
@@ -446,5 +453,5 @@ fn mechanism_coordinate(problem: &Problem, mechanism: &'static Mechanism, entran
         Scale::Logarithmic => 2e-3,
         Scale::Linear => 2e-3 * (likely_high - likely_low),
     };
-    Coordinate { role: Role::Mechanism { entrant, place }, prior, step, stride, range }
+    Coordinate { role: Role::Mechanism { entrant, place }, prior, is_guess, step, stride, range }
 }

@@ -32,8 +32,8 @@ const HOPELESS: f64 = 0.3;
 const LEAST_NOISE: f64 = 0.8;
 /// And a further one this part of what the model has gained so far.
 const FURTHER: f64 = 0.025;
-/// Rivals within this of the best in BIC cannot be told apart.
-pub const WITHIN_REACH: f64 = 10.0;
+/// Rivals within this of the best in BIC cannot be told apart. A parameter more that the recordings do not show costs ln N, 9 to 11.
+pub const WITHIN_REACH: f64 = 12.0;
 /// A baseline that is this much worse than it could be has not converged.
 const UNCONVERGED: f64 = 1.0;
 /// How often a model grows and its mechanisms are exchanged for better ones.

@@ -30,12 +30,9 @@ pub const ALL: &[Comparable] = &[
     same("rate-stiffening", "per_e_fold", "growth, the same law about its own reference", |of| of("growth")),
     same("mullins-softening", "excess", "softening, the same law", |of| of("softening")),
     same("mullins-softening", "hits", "hits, the same law", |of| of("hits")),
-    same(
-        "hardening",
-        "lock_m",
-        "lock_stroke where the exponent is 1, the tool's usual one; else lock and exponent trade places",
-        |of| of("lock_stroke").filter(|_| of("exponent") == Some(1.0)),
-    ),
+    same("hardening", "growth_per_m", "exponent over lock_stroke, the first power of the same law", |of| {
+        Some(of("exponent")? / of("lock_stroke")?)
+    }),
     same("end-stop", "stroke_m", "stroke + half of soft_range, where the stop's straight part meets the axis", |of| {
         Some(of("stroke")? + 0.5 * of("soft_range")?)
     }),
@@ -79,10 +76,7 @@ pub const NOT: &[(&str, &str)] = &[
     ("clipping", "the level counts from the converter's zero there, from the zero of the force here, up to 1 N apart"),
     ("lost-samples", "gaps of different sizes in some recordings there, one size here"),
     ("air-drag", "each ball has a drag of its own there"),
-    (
-        "hardening: exponent, end-stop: stiffness, stiction: ratio",
-        "the soft knee, the soft stop and the Stribeck curve smooth just what they describe",
-    ),
+    ("end-stop: stiffness, stiction: ratio", "the soft stop and the Stribeck curve smooth just what they describe"),
     ("damping ratios and frame masses", "weakly determined; the rigs' dampers do not sit at the same places"),
 ];
 
