@@ -136,6 +136,20 @@ fn friction_behind_a_pad_is_a_play_operator() {
     assert_near("what the cell sees after release", impact.force_n(0.19), friction, 1e-6);
 }
 
+/// A piece with some momentum leaves less for the friction to hold, the less the faster it was released; the contact is the same.
+#[test]
+fn momentum_takes_from_the_rest_that_friction_holds() {
+    let rig = Rig::impact(25e3).with_pad(80e3);
+    for speed in [0.1, 0.25, 0.4] {
+        let without = strike(&rig, speed, 6.0, &["guide-friction:force_N=4"], 0.2);
+        let with = strike(&rig, speed, 6.0, &["guide-friction:force_N=4,rest_share=0.6"], 0.2);
+        let (contact, same) = (without.truth().contacts[0], with.truth().contacts[0]);
+        assert_near("peak", same.peak_n, contact.peak_n, 1e-9);
+        let released = contact.speed_after_m_per_s.abs();
+        assert_near("rest", with.force_n(0.19), 4.0 * 0.6_f64.powf(released / 0.25), 1e-6);
+    }
+}
+
 /// Without a pad the guide rubs on the robot itself: m·ẍ = −kx ∓ F_c, two half sines about ∓F_c/k.
 #[test]
 fn friction_without_a_pad_shifts_the_centre_of_the_half_sines() {
