@@ -183,9 +183,6 @@ pub trait ForceLaw: Debug + Send + Sync {
     fn state_rates(&self, _deformation: Deformation, _states: &[f64], _rates: &mut [f64]) {}
 }
 
-/// The speed that [`Guide::rest_share`] is stated at, m/s: the highest of a robot that is guided by hand (ISO 10218-1).
-pub const REST_SPEED_M_PER_S: f64 = 0.25;
-
 /// What the guide does to the piece.
 ///
 /// Dry friction: it sticks as long as less than
@@ -205,7 +202,7 @@ pub struct Guide {
     /// stands on it.
     pub cell_share: f64,
     /// Which part of the friction the springs press with after the robot has left a piece without a mass of its own at
-    /// [`REST_SPEED_M_PER_S`].
+    /// [`REST_SPEED_M_PER_S`](Self::REST_SPEED_M_PER_S).
     pub rest_share: f64,
 }
 
@@ -223,6 +220,9 @@ impl Default for Guide {
 }
 
 impl Guide {
+    /// The speed that `rest_share` is stated at, m/s: the highest of a robot that is guided by hand (ISO 10218-1).
+    pub const REST_SPEED_M_PER_S: f64 = 0.25;
+
     /// Whether there is any friction.
     #[must_use]
     pub fn rubs(&self) -> bool {
@@ -239,7 +239,7 @@ impl Guide {
     /// of a small mass m, and nothing on average for a fast one, which swings to and fro.
     #[must_use]
     pub fn left_share(&self, velocity_m_per_s: f64) -> f64 {
-        self.rest_share.powf(velocity_m_per_s.abs() / REST_SPEED_M_PER_S)
+        self.rest_share.powf(velocity_m_per_s.abs() / Self::REST_SPEED_M_PER_S)
     }
 
     /// Friction while sliding under a contact force, N.
