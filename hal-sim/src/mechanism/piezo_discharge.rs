@@ -36,6 +36,10 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
     assembly.chain.push(Box::new(Discharge { time_constant_s: effect.value(0) }));
 }
 
+/// Intervals that differ by less than this part are one: instants of some seconds, in double precision, are this exact over a
+/// sample of microseconds.
+const ROUNDING: f64 = 1e-9;
+
 #[derive(Debug)]
 struct Discharge {
     time_constant_s: f64,
@@ -46,9 +50,13 @@ impl Stage for Discharge {
     fn apply(&self, times_s: &[f64], signal_n: &mut [f64]) {
         let Some(mut force_before) = signal_n.first().copied() else { return };
         let mut output = force_before;
+        let (mut last_s, mut lost) = (0.0_f64, 0.0);
         for (interval, signal) in times_s.windows(2).zip(&mut signal_n[1..]) {
             let duration = interval[1] - interval[0];
-            let lost = -(-duration / self.time_constant_s).exp_m1();
+            // Even sampling is even but for rounding.
+            if (duration - last_s).abs() > ROUNDING * last_s {
+                (last_s, lost) = (duration, -(-duration / self.time_constant_s).exp_m1());
+            }
             let rate = (*signal - force_before) / duration;
             force_before = *signal;
             output += lost * (rate * self.time_constant_s - output);

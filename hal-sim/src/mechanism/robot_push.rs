@@ -57,6 +57,9 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     enter,
 };
 
+/// From here on tanh is 1 in double precision: 1 − tanh(x) < 2·e^(−2x) < 2⁻⁵³.
+const SATURATED: f64 = 19.0;
+
 fn enter(effect: &Effect, assembly: &mut Assembly) {
     assembly.drives.push(Box::new(Push {
         force_n: effect.value(0),
@@ -81,7 +84,8 @@ impl Drive for Push {
         }
         let left = (-(motion.time_s / self.duration_s).powi(8)).exp();
         let behind_m = (self.speed_m_per_s * motion.time_s - motion.position_m).max(0.0);
-        self.force_n * (self.servo_n_per_m * behind_m / self.force_n.max(f64::MIN_POSITIVE)).tanh() * left
+        let wanted = self.servo_n_per_m * behind_m / self.force_n.max(f64::MIN_POSITIVE);
+        self.force_n * if wanted < SATURATED { wanted.tanh() } else { 1.0 } * left
     }
 }
 

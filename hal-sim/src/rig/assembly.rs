@@ -220,7 +220,7 @@ impl Default for Guide {
 }
 
 impl Guide {
-    /// The speed that `rest_share` is stated at, m/s: the highest of a robot that is guided by hand (ISO 10218-1).
+    /// The speed that `rest_share` is stated at, m/s: the reduced speed of a robot under manual control (ISO 10218-1).
     pub const REST_SPEED_M_PER_S: f64 = 0.25;
 
     /// Whether there is any friction.

@@ -861,18 +861,12 @@ impl System {
     }
 
     /// Where friction holds the piece when the robot has gone: where it is, or, if it was pulled out by more than that, as
-    /// far out as friction holds.
+    /// far out as friction holds; less what its momentum takes from that.
     fn left_m(&self, instant: &Instant, state: &[f64], mode: &Mode) -> f64 {
         let most_n = self.assembly.guide.coulomb_n;
-        if self.pull_off_n == 0.0 || instant.spring_n.abs() <= most_n {
-            return self.rest_m(instant.spring_n, instant, state, mode);
-        }
-        self.rest_m(most_n.copysign(instant.spring_n), instant, state, mode)
-    }
-
-    /// Where a piece rests that friction would hold against this force of the springs, had it no momentum at all.
-    fn rest_m(&self, spring_n: f64, instant: &Instant, state: &[f64], mode: &Mode) -> f64 {
-        let left_n = self.assembly.guide.left_share(instant.over_m_per_s) * spring_n;
+        let pulled = self.pull_off_n != 0.0 && instant.spring_n.abs() > most_n;
+        let held_n = if pulled { most_n.copysign(instant.spring_n) } else { instant.spring_n };
+        let left_n = self.assembly.guide.left_share(instant.over_m_per_s) * held_n;
         if left_n == instant.spring_n {
             return instant.piece_m;
         }

@@ -45,8 +45,8 @@ pub struct NearestModel {
 /// The elastic part of a model.
 struct Elastic {
     stiffness_n_per_m: f64,
-    /// Exponent and locking depth.
-    hardening: Option<(f64, f64)>,
+    /// The parameters of `hardening`.
+    hardening: Option<[(&'static str, f64); 2]>,
 }
 
 /// The model nearest to the law that is named.
@@ -67,8 +67,8 @@ pub fn nearest_model(found: &Identification, loaded: &Loaded) -> NearestModel {
             mechanisms.push(ModelMechanism { effect, intervals, only_in: None });
         }
     };
-    if let Some((exponent, lock_m)) = elastic.hardening {
-        add("hardening", &hardening(exponent, lock_m), vec![None, None]);
+    if let Some(parameters) = elastic.hardening {
+        add("hardening", &parameters, vec![None, None]);
     }
     let interval = |name: &str| {
         let parameter = law.parameters.iter().find(|parameter| parameter.name == name)?;
@@ -103,11 +103,6 @@ pub fn nearest_model(found: &Identification, loaded: &Loaded) -> NearestModel {
     let model = Model { name: format!("{}, {}", loaded.campaign.name, law.law.name), rig, mechanisms };
     let (error_rms_n, worst_peak_error) = error(found, law, &model);
     NearestModel { exact: because.is_empty(), because: because.join("; "), model, error_rms_n, worst_peak_error }
-}
-
-/// The parameters of `hardening`.
-fn hardening(exponent: f64, lock_m: f64) -> [(&'static str, f64); 2] {
-    [("growth_per_m", exponent / lock_m), ("lock_m", lock_m)]
 }
 
 fn relative_of_force(law: &Identified) -> f64 {
@@ -154,8 +149,9 @@ fn elastic(values: &Values, deepest_m: f64, is_straight: bool, because: &mut Vec
             for power in 1..=200 {
                 let exponent = 0.025 * f64::from(power);
                 let (stiffness, left) = scaled(&|depth| depth / (1.0 - depth / lock_m).powf(exponent));
-                if left < best.0 && Effect::new("hardening", &hardening(exponent, lock_m)).is_ok() {
-                    best = (left, Elastic { stiffness_n_per_m: stiffness, hardening: Some((exponent, lock_m)) });
+                let parameters = [("growth_per_m", exponent / lock_m), ("lock_m", lock_m)];
+                if left < best.0 && Effect::new("hardening", &parameters).is_ok() {
+                    best = (left, Elastic { stiffness_n_per_m: stiffness, hardening: Some(parameters) });
                 }
             }
         }

@@ -281,7 +281,8 @@ fn own_starts(problem: &Problem, layout: &Layout, start: Point) -> Vec<Point> {
     starts
 }
 
-/// By how much the cost of a problem's only recording falls, to first order, when the shared coordinates move as well, as far as the recordings at hand leave them free.
+/// By how much the cost of a problem's only recording falls, to first order, when the shared coordinates move as well, as far as the
+/// recordings at hand leave them free.
 fn yielded(at_hand: &Tangent, problem: &Problem, fit: &Fit) -> Option<f64> {
     let mut residuals = vec![Vec::new(); at_hand.recordings()];
     residuals.push(fit.residuals[0].clone());

@@ -9,7 +9,6 @@ use super::layout::{Role, coordinate_of, value_of};
 use super::locate::locate;
 use super::predict;
 use super::retuned::{Retuned, retuned};
-use super::select::Selection;
 use super::verdict::{Verdict, remains, rest_share, twins};
 use super::words;
 use super::{Diagnosis, Note};
@@ -200,9 +199,7 @@ fn unexplained(diagnosis: &Diagnosis, held_out_rmse: f64) -> Unexplained {
 /// any rig chooses among shapes that the recordings do not tell apart; an interval is to say that they do not.
 #[must_use]
 pub fn parameters(diagnosis: &Diagnosis, place: usize) -> Vec<Value> {
-    let Selection { best, tangent, .. } = &diagnosis.selection;
-    let told = tangent.without_beliefs(|global| best.fit.layout.globals[global].is_guess);
-    within(diagnosis, place, told.normal(0.0).map(|normal| normal.global_deviations()).as_ref(), EQUATIONS)
+    within(diagnosis, place, diagnosis.selection.told_deviations.as_ref(), EQUATIONS)
 }
 
 /// The same with what noise alone leaves open: for recordings of the same rig, for which the equations are wrong in the same way.

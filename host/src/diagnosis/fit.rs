@@ -12,6 +12,8 @@
 //!
 //! Source: D. W. Marquardt, SIAM J. Appl. Math. 11 (1963) 431; block elimination: B. Triggs et al., Bundle Adjustment (2000), sec. 6.
 
+use std::borrow::Cow;
+
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
@@ -46,7 +48,7 @@ pub struct Effort {
     pub globals: bool,
     /// Whether what is believed of each recording moves within its uncertainty.
     pub nuisances: bool,
-    /// Whether what bends is looked at from both sides.
+    /// Whether what bends is looked at from both sides. (One side alone until it leads nowhere is no quicker: it takes more steps.)
     pub central: bool,
 }
 
@@ -104,6 +106,18 @@ impl RecordingTangent {
         }
         Some(matrix.cholesky()?.solve(transposed))
     }
+}
+
+/// JᵀJ by blocks; what is believed of a recording's own coordinates is in theirs.
+struct Products {
+    recordings: Vec<RecordingProducts>,
+    global_prior: DVector<f64>,
+}
+
+struct RecordingProducts {
+    global: DMatrix<f64>,
+    cross: DMatrix<f64>,
+    local: DMatrix<f64>,
 }
 
 /// The factorised normal equations of a tangent.
@@ -167,14 +181,16 @@ impl Fit {
 
     fn converge(&mut self, problem: &Problem, part: Part<'_>, effort: Effort) {
         let mut damping = 1e-3;
+        let mut motions = None;
         for _ in 0..effort.iterations {
-            let Some(tangent) = self.tangent_by(problem, part, effort.central) else { break };
-            let Some(better) = self.improve(problem, &tangent, part, effort, &mut damping) else {
+            let Some(tangent) = self.tangent_of(problem, part, effort, motions.as_deref()) else { break };
+            let Some((better, moved)) = self.improve(problem, &tangent, part, effort, &mut damping) else {
                 self.gaining = 0.0;
                 break;
             };
             let gaining = self.cost - better.cost;
             *self = Self { gaining, ..better };
+            motions = Some(moved);
             damping = (damping / 8.0).max(1e-9);
             if self.is_settled() {
                 break;
@@ -191,16 +207,22 @@ impl Fit {
     /// The residuals at a point, nothing moved.
     #[must_use]
     pub fn at(problem: &Problem, layout: Layout, point: Point, part: Part<'_>) -> Option<Self> {
-        let model: Option<Vec<Vec<f64>>> = part
+        Self::moving_at(problem, layout, point, part).map(|(fit, _)| fit)
+    }
+
+    /// The same with the motions of the recordings in `part`.
+    fn moving_at(problem: &Problem, layout: Layout, point: Point, part: Part<'_>) -> Option<(Self, Vec<Impact>)> {
+        let moved: Option<Vec<(Vec<f64>, Impact)>> = part
             .par_iter()
             .map(|&recording| {
                 let impact = predict::strike(problem, &layout, &point, recording).ok()?;
                 let values = predict::read(problem, &layout, &point, recording, &impact, 0.0);
-                values.iter().all(|value| value.is_finite()).then_some(values)
+                values.iter().all(|value| value.is_finite()).then_some((values, impact))
             })
             .collect();
+        let (model, motions): (Vec<_>, Vec<_>) = moved?.into_iter().unzip();
         let mut all = vec![Vec::new(); problem.recordings.len()];
-        for (recording, values) in part.iter().zip(model?) {
+        for (recording, values) in part.iter().zip(model) {
             all[*recording] = values;
         }
         let residuals: Vec<Vec<f64>> = (0..problem.recordings.len())
@@ -214,7 +236,7 @@ impl Fit {
             .collect();
         let cost =
             residuals.iter().flatten().map(|r| robust(*r)).sum::<f64>() + prior_cost(problem, &layout, &point, part);
-        Some(Self { layout, point, cost, residuals, model: all, gaining: f64::INFINITY })
+        Some((Self { layout, point, cost, residuals, model: all, gaining: f64::INFINITY }, motions))
     }
 
     /// The same with every contact at the instant nearby that fits best, all else as given. A step at contact that moves past a sample is
@@ -267,12 +289,28 @@ impl Fit {
     /// The derivative at the fit.
     #[must_use]
     pub fn tangent(&self, problem: &Problem, part: Part<'_>) -> Option<Tangent> {
-        self.tangent_by(problem, part, true)
+        self.tangent_of(problem, part, Effort::FULL, None)
     }
 
-    fn tangent_by(&self, problem: &Problem, part: Part<'_>, central: bool) -> Option<Tangent> {
-        let recordings: Option<Vec<RecordingTangent>> =
-            part.par_iter().map(|&recording| self.recording_tangent(problem, recording, central)).collect();
+    /// The derivative by what moves, along the motions of the recordings that take part, where they are known.
+    fn tangent_of(
+        &self,
+        problem: &Problem,
+        part: Part<'_>,
+        effort: Effort,
+        motions: Option<&[Impact]>,
+    ) -> Option<Tangent> {
+        let recordings: Option<Vec<RecordingTangent>> = part
+            .par_iter()
+            .enumerate()
+            .map(|(place, &recording)| match motions {
+                Some(motions) => self.recording_tangent(problem, recording, effort, &motions[place]),
+                None => {
+                    let motion = predict::strike(problem, &self.layout, &self.point, recording).ok()?;
+                    self.recording_tangent(problem, recording, effort, &motion)
+                }
+            })
+            .collect();
         let inverse = |prior: Option<(f64, f64)>| prior.map_or(0.0, |(_, sd)| 1.0 / sd);
         let global_prior = DVector::from_iterator(
             self.layout.globals.len(),
@@ -281,12 +319,17 @@ impl Fit {
         Some(Tangent { recordings: recordings?, global_prior })
     }
 
-    fn recording_tangent(&self, problem: &Problem, recording: usize, central: bool) -> Option<RecordingTangent> {
+    fn recording_tangent(
+        &self,
+        problem: &Problem,
+        recording: usize,
+        effort: Effort,
+        impact: &Impact,
+    ) -> Option<RecordingTangent> {
         let layout = &self.layout;
         let rows = self.model[recording].len();
         let here = &self.model[recording];
         let configuration = problem.recordings[recording].configuration;
-        let impact = predict::strike(problem, layout, &self.point, recording).ok()?;
         let read = |moved: &Point, impact: &Impact, step: f64| -> Option<Vec<f64>> {
             let values = predict::read(problem, layout, moved, recording, impact, 0.0);
             let mut column: Vec<f64> = values.iter().zip(here).map(|(there, here)| (there - here) / step).collect();
@@ -298,7 +341,7 @@ impl Fit {
         };
         let difference = |moved: &Point, step: f64, role: Role| {
             let moved_impact = if layout.is_seen_only(role) {
-                predict::through(problem, layout, moved, recording, &impact)
+                predict::through(problem, layout, moved, recording, impact)
             } else {
                 predict::strike(problem, layout, moved, recording)
             };
@@ -313,7 +356,9 @@ impl Fit {
                 Role::Mechanism { entrant, .. } => layout.entrants[entrant].scope.includes(recording, configuration),
                 _ => true,
             };
-            if !touched {
+            // A spring's repeatability moves what the spring itself moves.
+            let wanted = effort.globals || effort.nuisances && coordinate.role == Role::Body;
+            if !touched || !wanted {
                 continue;
             }
             let quotient = |step: f64| {
@@ -324,7 +369,7 @@ impl Fit {
             let mut column = stepped(coordinate.step, coordinate.range, self.point.globals[place], quotient)?;
             // Stiffnesses in series and a mass nearly imitate each other: the bend of a one-sided difference would tell them apart.
             // A strength moves jumps, of which one side sees only those that come too soon.
-            if central
+            if effort.central
                 && (place < layout.of_rig || matches!(coordinate.role, Role::Mechanism { place: 0, .. }))
                 && let Some(other) = quotient(-coordinate.step)
             {
@@ -336,11 +381,14 @@ impl Fit {
             }
         }
         for (place, coordinate) in layout.locals.iter().enumerate() {
+            if !effort.nuisances && coordinate.prior.is_some() {
+                continue;
+            }
             let column = match coordinate.role {
                 Role::Contact => {
                     let step = coordinate.step;
-                    let later = predict::read(problem, layout, &self.point, recording, &impact, step);
-                    let sooner = predict::read(problem, layout, &self.point, recording, &impact, -step);
+                    let later = predict::read(problem, layout, &self.point, recording, impact, step);
+                    let sooner = predict::read(problem, layout, &self.point, recording, impact, -step);
                     let mut column: Vec<f64> = later.iter().zip(&sooner).map(|(a, b)| (a - b) / (2.0 * step)).collect();
                     whiten(problem, &mut column);
                     column
@@ -366,7 +414,7 @@ impl Fit {
                     };
                     let mut column =
                         stepped(coordinate.step, coordinate.range, self.point.locals[recording][place], quotient)?;
-                    if central
+                    if effort.central
                         && coordinate.role == Role::Speed
                         && let Some(other) = quotient(-coordinate.step)
                     {
@@ -391,7 +439,7 @@ impl Fit {
         super::spectrum::lines_hz(problem, self)
     }
 
-    /// One step that makes the cost smaller. `None`: there is none.
+    /// One step that makes the cost smaller, with the motions there. `None`: there is none.
     fn improve(
         &self,
         problem: &Problem,
@@ -399,34 +447,12 @@ impl Fit {
         part: Part<'_>,
         effort: Effort,
         damping: &mut f64,
-    ) -> Option<Self> {
+    ) -> Option<(Self, Vec<Impact>)> {
         let (gradient, local_gradients) = self.gradients(problem, tangent, part);
-        let mut weighted = tangent.clone();
-        if !effort.nuisances {
-            for recording in &mut weighted.recordings {
-                for (place, coordinate) in self.layout.locals.iter().enumerate() {
-                    if coordinate.prior.is_some() {
-                        recording.local.column_mut(place).fill(0.0);
-                    }
-                }
-            }
-        }
-        let spiky = part.iter().any(|recording| self.residuals[*recording].iter().any(|r| r.abs() > SPIKE));
-        if spiky {
-            for (recording, number) in weighted.recordings.iter_mut().zip(part) {
-                for (row, residual) in self.residuals[*number].iter().enumerate() {
-                    let weight = weight(*residual);
-                    if weight < 1.0 {
-                        recording.global.row_mut(row).scale_mut(weight);
-                        recording.local.row_mut(row).scale_mut(weight);
-                    }
-                }
-            }
-        }
+        let products = self.pulling(tangent, part).products();
         let whole = effort.globals && effort.nuisances;
         for _ in 0..MOST_TRIES {
-            let normal = if effort.globals { weighted.normal(*damping) } else { weighted.frozen(*damping) };
-            let Some(normal) = normal else {
+            let Some(normal) = products.factorised(*damping, effort.globals) else {
                 *damping *= 10.0;
                 continue;
             };
@@ -450,14 +476,31 @@ impl Fit {
                     }
                 }
             }
-            if let Some(fit) = Self::at(problem, self.layout.clone(), moved, part)
+            if let Some((fit, motions)) = Self::moving_at(problem, self.layout.clone(), moved, part)
                 && fit.cost < self.cost
             {
-                return Some(fit);
+                return Some((fit, motions));
             }
             *damping = (*damping * 8.0).max(1e-6);
         }
         None
+    }
+
+    /// The tangent with spikes pulling with a constant force.
+    fn pulling<'a>(&self, tangent: &'a Tangent, part: Part<'_>) -> Cow<'a, Tangent> {
+        let mut pulling = Cow::Borrowed(tangent);
+        if part.iter().any(|recording| self.residuals[*recording].iter().any(|r| r.abs() > SPIKE)) {
+            for (recording, number) in pulling.to_mut().recordings.iter_mut().zip(part) {
+                for (row, residual) in self.residuals[*number].iter().enumerate() {
+                    let weight = weight(*residual);
+                    if weight < 1.0 {
+                        recording.global.row_mut(row).scale_mut(weight);
+                        recording.local.row_mut(row).scale_mut(weight);
+                    }
+                }
+            }
+        }
+        pulling
     }
 
     /// Jᵀr of everything that is fitted, what is believed included: zero where the fit has converged.
@@ -542,14 +585,6 @@ impl Tangent {
         }
     }
 
-    /// The same, with nothing believed about these global coordinates.
-    #[must_use]
-    pub fn without_beliefs(&self, about: impl Fn(usize) -> bool) -> Self {
-        let prior = |place: usize| if about(place) { 0.0 } else { self.global_prior[place] };
-        let global_prior = DVector::from_fn(self.global_prior.len(), |place, _| prior(place));
-        Self { recordings: self.recordings.clone(), global_prior }
-    }
-
     /// Of how many recordings it is.
     #[must_use]
     pub fn recordings(&self) -> usize {
@@ -620,46 +655,61 @@ impl Tangent {
     /// The factorised normal equations; `damping` adds that part of the diagonal.
     #[must_use]
     pub fn normal(&self, damping: f64) -> Option<Normal> {
-        self.factorise(damping, true)
+        self.products().factorised(damping, true)
     }
 
-    fn frozen(&self, damping: f64) -> Option<Normal> {
-        self.factorise(damping, false)
+    /// Standard deviations of the global coordinates.
+    #[must_use]
+    pub fn deviations(&self) -> Option<DVector<f64>> {
+        self.normal(0.0).map(|normal| normal.global_deviations())
     }
 
-    fn factorise(&self, damping: f64, globals: bool) -> Option<Normal> {
+    /// The same, with nothing believed about some of them.
+    #[must_use]
+    pub fn deviations_without_beliefs(&self, about: impl Fn(usize) -> bool) -> Option<DVector<f64>> {
+        let prior = |place: usize| if about(place) { 0.0 } else { self.global_prior[place] };
+        let global_prior = DVector::from_fn(self.global_prior.len(), |place, _| prior(place));
+        let normal = Products { global_prior, ..self.products() }.factorised(0.0, true);
+        normal.map(|normal| normal.global_deviations())
+    }
+
+    fn products(&self) -> Products {
+        let of_recording = |columns: &RecordingTangent| {
+            // A product of matrices is several times quicker than nalgebra's `tr_mul`.
+            let (globals, locals) = (columns.global.transpose(), columns.local.transpose());
+            let mut local = locals * &columns.local;
+            for place in 0..local.ncols() {
+                local[(place, place)] += columns.local_prior[place].powi(2);
+            }
+            RecordingProducts { global: &globals * &columns.global, cross: globals * &columns.local, local }
+        };
+        let recordings = self.recordings.par_iter().map(of_recording).collect();
+        Products { recordings, global_prior: self.global_prior.clone() }
+    }
+}
+
+impl Products {
+    /// The normal equations with that part of the diagonal more, all coordinates moving or only what each recording has for itself.
+    fn factorised(&self, damping: f64, globals: bool) -> Option<Normal> {
         let count = self.global_prior.len();
-        let parts: Vec<(DMatrix<f64>, DMatrix<f64>, DMatrix<f64>)> = self
-            .recordings
-            .par_iter()
-            .map(|columns| {
-                // A product of matrices is several times quicker than nalgebra's `tr_mul`.
-                let (globals, locals) = (columns.global.transpose(), columns.local.transpose());
-                let mut local = locals * &columns.local;
-                for place in 0..local.ncols() {
-                    local[(place, place)] += columns.local_prior[place].powi(2);
-                }
-                (&globals * &columns.global, &globals * &columns.local, local)
-            })
-            .collect();
         let mut a = DMatrix::from_diagonal(&self.global_prior.component_mul(&self.global_prior));
-        for (global, _, _) in &parts {
-            a += global;
+        for recording in &self.recordings {
+            a += &recording.global;
         }
         let scale = DVector::from_iterator(count, (0..count).map(|place| unit_scale(a[(place, place)])));
         let mut schur = scaled(&a, &scale, &scale);
         ridge(&mut schur, damping);
-        let mut blocks = Vec::with_capacity(parts.len());
-        for (_, cross, local) in parts {
+        let mut blocks = Vec::with_capacity(self.recordings.len());
+        for RecordingProducts { cross, local, .. } in &self.recordings {
             let local_scale = DVector::from_iterator(
                 local.ncols(),
                 (0..local.ncols()).map(|place| unit_scale(local[(place, place)])),
             );
-            let mut local = scaled(&local, &local_scale, &local_scale);
+            let mut local = scaled(local, &local_scale, &local_scale);
             ridge(&mut local, damping);
             let local = local.cholesky()?;
             let cross =
-                if globals { scaled(&cross, &scale, &local_scale) } else { DMatrix::zeros(count, local_scale.len()) };
+                if globals { scaled(cross, &scale, &local_scale) } else { DMatrix::zeros(count, local_scale.len()) };
             if globals {
                 schur -= &cross * local.solve(&cross.transpose());
             }

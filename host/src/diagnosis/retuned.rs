@@ -99,7 +99,7 @@ pub fn retuned(diagnosis: &Diagnosis) -> Vec<Retuned> {
 
 /// Ratios of the rig's global coordinates to what is stated, with posterior deviations.
 fn globals(fit: &Fit, tangent: &Tangent) -> Vec<(Role, Estimate)> {
-    let deviations = tangent.normal(0.0).map(|normal| normal.global_deviations());
+    let deviations = tangent.deviations();
     fit.layout.globals[..fit.layout.of_rig]
         .iter()
         .enumerate()

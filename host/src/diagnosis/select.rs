@@ -80,6 +80,8 @@ pub struct Selection {
     pub tangent: Tangent,
     /// Standard deviations of its global coordinates; `None` where they cannot be told.
     pub deviations: Option<DVector<f64>>,
+    /// The same by what the recordings say alone, without what is only likely of any rig.
+    pub told_deviations: Option<DVector<f64>>,
     /// Whether it leaves a rest.
     pub rest: Omnibus,
     /// What one recording alone says against it.
@@ -190,16 +192,38 @@ pub fn select(
 ) -> Option<Selection> {
     let all: Vec<usize> = (0..problem.recordings.len()).collect();
     let retuned = Standing::of(problem, Trial::new(problem, baseline), &all)?;
-    let mut selecting =
-        Selecting { problem, mechanisms, lines_hz, part: &all, retuned, screened: Vec::new(), rivals: Vec::new() };
+    let mut selecting = Selecting {
+        problem,
+        mechanisms,
+        lines_hz,
+        part: &all,
+        retuned,
+        most: MOST_MECHANISMS,
+        to_beat: f64::INFINITY,
+        screened: Vec::new(),
+        rivals: Vec::new(),
+    };
     let here = selecting.settled(progress)?;
     let here = selecting.steadied(here, progress)?;
     let Selecting { retuned, screened, rivals, .. } = selecting;
     let worth = here.worth();
     let Standing { trial: best, tangent, rest, alone, .. } = here;
-    let deviations = tangent.normal(0.0).map(|normal| normal.global_deviations());
+    let deviations = tangent.deviations();
+    let told_deviations = tangent.deviations_without_beliefs(|global| best.fit.layout.globals[global].is_guess);
     let (baseline, baseline_tangent) = (retuned.trial.fit, retuned.tangent);
-    Some(Selection { baseline, baseline_tangent, screened, best, tangent, deviations, rest, alone, rivals, worth })
+    Some(Selection {
+        baseline,
+        baseline_tangent,
+        screened,
+        best,
+        tangent,
+        deviations,
+        told_deviations,
+        rest,
+        alone,
+        rivals,
+        worth,
+    })
 }
 
 /// A selection under way.
@@ -209,6 +233,10 @@ struct Selecting<'a> {
     lines_hz: &'a dyn Fn(&Fit) -> Vec<f64>,
     part: Part<'a>,
     retuned: Standing,
+    /// The most mechanisms in one model.
+    most: usize,
+    /// A χ² that the largest model has to come near to be of any use.
+    to_beat: f64,
     /// Scores against the baseline.
     screened: Vec<Screened>,
     rivals: Vec<(usize, Trial)>,
@@ -259,12 +287,17 @@ impl Selecting<'_> {
             progress("do steadier ones do as well");
             let others: Vec<_> = self.mechanisms.iter().copied().filter(|other| other.id != loose.id).collect();
             let retuned = self.retuned.clone();
-            let mut without =
-                Selecting { mechanisms: &others, retuned, screened: Vec::new(), rivals: Vec::new(), ..*self };
+            let mut without = Selecting {
+                mechanisms: &others,
+                retuned,
+                most: MOST_MECHANISMS.min(here.mechanisms() + 1),
+                to_beat: here.trial.fit.cost,
+                screened: Vec::new(),
+                rivals: Vec::new(),
+                ..*self
+            };
             let mut steadier = without.settled(progress)?;
-            if steadier.mechanisms() <= here.mechanisms() + 1
-                && without.burden(&steadier.trial) < self.burden(&here.trial)
-            {
+            if without.burden(&steadier.trial) < self.burden(&here.trial) {
                 (self.retuned, self.rivals) = (without.retuned, without.rivals);
                 std::mem::swap(&mut here, &mut steadier);
             }
@@ -278,7 +311,7 @@ impl Selecting<'_> {
     /// One mechanism more, as long as one is worth it.
     fn grow(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
         let mut here = from;
-        while here.mechanisms() < MOST_MECHANISMS {
+        while here.mechanisms() < self.most {
             let number = here.mechanisms();
             progress(if number == 0 { "which mechanism" } else { "is there another" });
             let scores = self.scores(&here.trial.fit, &here.tangent, &here.trial.fit);
@@ -291,11 +324,12 @@ impl Selecting<'_> {
             // Where little is left a tangent is to be believed, unless it promises more than there is.
             let left = here.trial.fit.cost - LEAST_NOISE * self.problem.rows() as f64;
             let promises = |score: &Screened| score.z.powi(2) > HOPELESS * enough && score.z.powi(2) < left;
-            if !asks && !scores.iter().any(promises) {
+            let last = number + 1 == self.most;
+            if (!asks || last) && !scores.iter().any(promises) {
                 break;
             }
-            let trials =
-                refit(self.problem, &here.trial.fit, &scores, here.rest, Breadth::MORE, self.part, f64::INFINITY);
+            let wanted = if last { self.to_beat } else { f64::INFINITY };
+            let trials = refit(self.problem, &here.trial.fit, &scores, here.rest, Breadth::MORE, self.part, wanted);
             let Some(next) = trials.iter().min_by(|a, b| self.burden(a).total_cmp(&self.burden(b))) else { break };
             if here.trial.bic - next.bic < enough {
                 if number == 0 {
