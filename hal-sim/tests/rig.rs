@@ -466,6 +466,20 @@ fn a_reaction_comes_after_its_threshold_and_its_delay() {
     assert_eq!(gentle.truth().peak_n, strike(&rig, 0.1, mass, &[], 0.2).truth().peak_n);
 }
 
+/// A slow robot is pulled back until it is as fast as it may retreat; a rebound that is faster is left alone.
+#[test]
+fn a_reaction_retreats_no_faster_than_it_may() {
+    let (rig, mass) = (Rig::impact(25e3), 6.0);
+    let reaction = "collision-reaction:force_N=80,threshold_N=10,delay_s=0.01,retreat_m_per_s=0.2";
+    let after = |speed: f64| strike(&rig, speed, mass, &[reaction], 0.2).value(Quantity::Velocity, 0.2);
+    assert_near("slow", after(0.05), -0.2, 0.1);
+    // The springs make it faster than that, less what it lost to the pull on its way in.
+    assert!((-0.4..-0.25).contains(&after(0.4)), "{}", after(0.4));
+    let unlimited = reaction.replace("=0.2", "=50");
+    let pulled = strike(&rig, 0.4, mass, &[&unlimited], 0.2).value(Quantity::Velocity, 0.2);
+    assert!(pulled < after(0.4) - 1.0, "{pulled}");
+}
+
 /// Without a pad the springs themselves relax. Left alone they are without force at once, and recover behind the robot.
 #[test]
 fn relaxing_springs_leave_the_cell_without_force_when_the_robot_has_gone() {

@@ -1,8 +1,11 @@
 //! The robot's own collision detection answers: a while after a contact force is passed it retracts.
 //!
-//! F = −F_r from the instant at which the contact force has passed F_th for a delay, on the robot.
+//! F = −F_r·½·(1 + tanh((v + v_r)/(v_r/20))) on the robot of velocity v (positive towards the rig), from a delay after the contact force
+//! has passed F_th: it is pulled back until it retreats at v_r, which its drives do not exceed. The rebound alone may be as fast: then
+//! they do nothing.
 //!
-//! Source: threshold and delay of a collision monitor; reaction 5 to 30 ms after detection.
+//! Source: threshold and delay of a collision monitor, reaction 5 to 30 ms after detection; a retreat is a motion with a limit of speed,
+//! 0.25 m/s (reduced speed, ISO 10218-1) to some m/s; its corner rounded by tanh.
 
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Drive, Motion, Trigger};
@@ -11,8 +14,8 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "collision-reaction",
     group: Group::Robot,
     site: Site::Drive,
-    equation: "F = −F_r for t ≥ t(P = F_th) + delay, on the robot",
-    source: "collision monitor; reaction after 5 to 30 ms",
+    equation: "F = −F_r·½·(1 + tanh(20·(1 + v/v_r))) for t ≥ t(P = F_th) + delay, on the robot",
+    source: "collision monitor; reaction after 5 to 30 ms; a retreat with a limit of speed",
     parameters: &[
         Parameter {
             name: "force_N",
@@ -47,6 +50,17 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Logarithmic,
             search: Search::OfContactTime,
         },
+        Parameter {
+            name: "retreat_m_per_s",
+            unit: "m/s",
+            meaning: "the fastest retreat v_r",
+            null: None,
+            range: (0.01, 100.0),
+            plausible: (0.1, 3.0),
+            typical: 0.5,
+            scale: Scale::Logarithmic,
+            search: Search::Typical,
+        },
     ],
     signature: "nothing before a late instant, then a faster fall; only in impacts that pass the threshold",
     confused_with: &["pad-relaxation", "piezo-discharge", "joint-elasticity"],
@@ -54,10 +68,14 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     enter,
 };
 
+/// Over which part of its speed the retreat's force fades.
+const CORNER: f64 = 0.05;
+
 fn enter(effect: &Effect, assembly: &mut Assembly) {
     assembly.drives.push(Box::new(Reaction {
         force_n: effect.value(0),
         trigger: Trigger { force_n: effect.value(1), delay_s: effect.value(2) },
+        retreat_m_per_s: effect.value(3),
     }));
 }
 
@@ -65,15 +83,16 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
 struct Reaction {
     force_n: f64,
     trigger: Trigger,
+    retreat_m_per_s: f64,
 }
 
 impl Drive for Reaction {
     fn force_n(&self, motion: Motion) -> f64 {
-        if motion.since_trigger_s.is_some() { -self.force_n } else { 0.0 }
-    }
-
-    fn is_constant(&self) -> bool {
-        true
+        if motion.since_trigger_s.is_none() {
+            return 0.0;
+        }
+        let over = 1.0 + motion.velocity_m_per_s / self.retreat_m_per_s;
+        -0.5 * self.force_n * (1.0 + (over / CORNER).tanh())
     }
 
     fn trigger(&self) -> Option<Trigger> {

@@ -359,12 +359,7 @@ pub trait Drive: Debug + Send + Sync {
     /// The force, N.
     fn force_n(&self, motion: Motion) -> f64;
 
-    /// Whether its force changes at no other time than when its trigger takes effect.
-    fn is_constant(&self) -> bool {
-        false
-    }
-
-    /// A contact force that triggers the drive, and the delay until it acts.
+    /// A contact force that triggers the drive, and the delay until it acts; before, it does nothing.
     fn trigger(&self) -> Option<Trigger> {
         None
     }

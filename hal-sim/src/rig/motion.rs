@@ -341,7 +341,7 @@ impl System {
 
     /// Whether the equations of this form are linear, and no more stiff than their solution by an exponential bears.
     pub(super) fn is_linear(&self, mode: &Mode) -> bool {
-        let Assembly { pad, spring, guide, drives, sway, .. } = &self.assembly;
+        let Assembly { pad, spring, guide, sway, .. } = &self.assembly;
         let linear = |element: &Element| element.laws.iter().all(|law| law.is_linear());
         let pad_is_linear = pad.as_ref().is_none_or(linear);
         // Branches at no load: friction that grows with a pressing force only.
@@ -352,16 +352,22 @@ impl System {
         let moving = mode.touching || self.form == PieceForm::Massive;
         let piece_is_linear = linear(spring) && guide.air_ns2_per_m2 == 0.0;
         sway.is_none()
-            && drives.iter().all(|drive| drive.is_constant())
+            && !self.is_driven(mode)
             && (!mode.touching || pad_is_linear)
             && (!moving || piece_is_linear)
             && !(mode.touching && branches)
             && !stiff
     }
 
-    /// Whether a force depends on the time itself.
-    pub(super) fn is_timed(&self) -> bool {
-        self.assembly.sway.is_some() || self.assembly.drives.iter().any(|drive| !drive.is_constant())
+    /// Whether a force may depend on the time itself.
+    pub(super) fn is_timed(&self, mode: &Mode) -> bool {
+        self.assembly.sway.is_some() || self.is_driven(mode)
+    }
+
+    /// Whether a drive acts.
+    fn is_driven(&self, mode: &Mode) -> bool {
+        let waiting = self.triggered.len() - mode.acting.count_ones() as usize;
+        self.assembly.drives.len() > waiting
     }
 
     /// Absolute tolerances of the states for a tolerance of the force at the cell.

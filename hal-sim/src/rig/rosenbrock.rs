@@ -154,7 +154,7 @@ impl<const N: usize> Rosenbrock<N> {
         }
         let order = decompose(&mut matrix, states);
         let mut by_time = [0.0; N];
-        if system.is_timed() {
+        if system.is_timed(mode) {
             let later = evaluate(time_s + SMALL_TIME_S, &state);
             for place in 0..states {
                 by_time[place] = (later[place] - rates[place]) / SMALL_TIME_S;
