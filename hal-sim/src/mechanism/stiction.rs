@@ -1,8 +1,10 @@
 //! The guide holds a resting piece with more than it rubs on a sliding one.
 //!
-//! Held as long as |F| ≤ ρ·F_c, sliding against F_c; the piece breaks loose with a jump of the force by (ρ − 1)·F_c.
+//! Held as long as |F| ≤ ρ·F_c; sliding at v it rubs with F_c·(1 + (ρ − 1)·e^(−(v/v_s)²)). The rig's guide uses the speed that pad and springs
+//! alone would give a piece without mass.
 //!
-//! Source: Stribeck's curve with its falling part taken as a step; F_s/F_c 1.1 to 2.
+//! Source: Stribeck's curve, B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994) 1083; F_s/F_c 1.1 to 2, v_s some mm/s
+//! to some cm/s.
 
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::Assembly;
@@ -11,7 +13,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "stiction",
     group: Group::Guide,
     site: Site::Guide,
-    equation: "|F_f| ≤ F_s while sticking, F_c·sgn(dx_p/dt) while sliding, F_s = ratio·F_c",
+    equation: "|F_f| ≤ F_s while sticking, (F_c + (F_s − F_c)·exp(−(v/v_s)²))·sgn(v) while sliding, F_s = ratio·F_c",
     source: "Coulomb friction with a static level; F_s/F_c 1.1 to 2",
     parameters: &[
         Parameter {
@@ -38,10 +40,21 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         },
         super::guide_friction::CELL_SHARE,
         super::guide_friction::REST_SHARE,
+        Parameter {
+            name: "stribeck_m_per_s",
+            unit: "m/s",
+            meaning: "speed v_s over which friction falls from F_s to F_c",
+            null: None,
+            range: (1e-4, 1.0),
+            plausible: (0.003, 0.1),
+            typical: 0.02,
+            scale: Scale::Logarithmic,
+            search: Search::Typical,
+        },
     ],
-    signature: "a dead zone at the start and at the turning point that ends with a jump; a rest after release",
+    signature: "a dead zone at the start and at the turning point from which it breaks loose; a rest after release",
     confused_with: &["guide-friction", "clearance"],
-    separated_by: "a slow push shows the jump; a gap shows none",
+    separated_by: "a slow push shows the fall of the force; a gap shows none",
     enter,
 };
 
@@ -50,4 +63,5 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
     assembly.guide.static_ratio = assembly.guide.static_ratio.max(effect.value(1));
     assembly.guide.cell_share = effect.value(2);
     assembly.guide.rest_share = effect.value(3);
+    assembly.guide.stribeck_m_per_s = effect.value(4);
 }

@@ -187,7 +187,8 @@ pub trait ForceLaw: Debug + Send + Sync {
 ///
 /// Dry friction: it sticks as long as less than
 /// `(coulomb_n + load_coefficient·P)·static_ratio` is needed to hold it, and slides against
-/// `coulomb_n + load_coefficient·P`, P being the contact force.
+/// `coulomb_n + load_coefficient·P`, P being the contact force; in between friction falls with the speed v as e^(−(v/v_s)²), v_s =
+/// `stribeck_m_per_s`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Guide {
     /// Sliding friction without load, N.
@@ -196,6 +197,8 @@ pub struct Guide {
     pub load_coefficient: f64,
     /// Friction at rest over friction while sliding, at least 1.
     pub static_ratio: f64,
+    /// The speed at which friction has fallen most of the way from rest to sliding, m/s; 0: at once.
+    pub stribeck_m_per_s: f64,
     /// Drag of the air in the housing, N·s²/m²: `air_ns2_per_m2·v·|v|` against the piece, and on the cell.
     pub air_ns2_per_m2: f64,
     /// Which part of the friction reaches the load cell; 0 when the guide stands beside the cell, 1 when it
@@ -212,6 +215,7 @@ impl Default for Guide {
             coulomb_n: 0.0,
             load_coefficient: 0.0,
             static_ratio: 1.0,
+            stribeck_m_per_s: 0.0,
             air_ns2_per_m2: 0.0,
             cell_share: 0.0,
             rest_share: 1.0,
@@ -242,7 +246,23 @@ impl Guide {
         self.rest_share.powf(velocity_m_per_s.abs() / Self::REST_SPEED_M_PER_S)
     }
 
-    /// Friction while sliding under a contact force, N.
+    /// Friction at a speed over friction of fast sliding.
+    #[must_use]
+    pub fn grip(&self, velocity_m_per_s: f64) -> f64 {
+        if self.falls_with_speed() {
+            1.0 + (self.static_ratio - 1.0) * (-(velocity_m_per_s / self.stribeck_m_per_s).powi(2)).exp()
+        } else {
+            1.0
+        }
+    }
+
+    /// Whether friction falls with the speed of sliding.
+    #[must_use]
+    pub fn falls_with_speed(&self) -> bool {
+        self.static_ratio > 1.0 && self.stribeck_m_per_s > 0.0
+    }
+
+    /// Friction of fast sliding under a contact force, N.
     #[must_use]
     pub fn sliding_n(&self, contact_n: f64) -> f64 {
         self.coulomb_n + self.load_coefficient * contact_n.max(0.0)

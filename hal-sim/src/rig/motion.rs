@@ -106,6 +106,8 @@ pub(super) struct Instant {
     pub(super) friction_n: f64,
     /// From link to tip.
     coupling_n: f64,
+    /// Friction at the piece's speed over friction of fast sliding.
+    grip: f64,
 }
 
 impl Instant {
@@ -277,7 +279,7 @@ impl System {
             moment_s = instant.contact_n / (self.assembly.spring.stiffness_n_per_m * -instant.piece_m_per_s);
         } else {
             let left_n = match mode.guiding {
-                Guiding::Sliding(sign) => -sign * self.assembly.guide.coulomb_n,
+                Guiding::Sliding(sign) => -sign * instant.grip * self.assembly.guide.coulomb_n,
                 Guiding::Free | Guiding::Sticking => 0.0,
             };
             let left_m = depth_under(left_n, instant.piece_m, |depth_m| self.spring(depth_m, 0.0, state, mode));
@@ -346,6 +348,7 @@ impl System {
         let pad_is_linear = pad.as_ref().is_none_or(linear);
         // Branches at no load: friction that grows with a pressing force only.
         let branches = guide.load_coefficient > 0.0 && (self.form == PieceForm::Massive || self.pull_off_n > 0.0);
+        let falling = guide.falls_with_speed() && matches!(mode.guiding, Guiding::Sliding(_));
         let damping = spring.damping_ns_per_m + pad.as_ref().map_or(0.0, |pad| pad.damping_ns_per_m);
         let stiffness = spring.stiffness_n_per_m + pad.as_ref().map_or(0.0, |pad| pad.stiffness_n_per_m);
         let stiff = self.form == PieceForm::Creeping && mode.touching && stiffness > STIFFEST_PER_S * damping;
@@ -356,6 +359,7 @@ impl System {
             && (!mode.touching || pad_is_linear)
             && (!moving || piece_is_linear)
             && !(mode.touching && branches)
+            && !falling
             && !stiff
     }
 
@@ -466,6 +470,11 @@ impl System {
             over_m_per_s: tip_m_per_s - frame_m_per_s,
             ..Instant::default()
         };
+        instant.grip = self.assembly.guide.grip(match (self.form, self.layout.piece) {
+            (PieceForm::Massive, Some(piece)) => state[piece + 1],
+            (PieceForm::Carried, _) => instant.over_m_per_s,
+            _ => self.shared_m_per_s(&instant),
+        });
         // What moves with the tip, and what moves it besides the contact.
         let whole = self.is_whole(mode);
         let body_kg = if whole { self.tip_kg + self.link_kg } else { self.tip_kg };
@@ -556,8 +565,8 @@ impl System {
         instant.contact_n = match mode.guiding {
             Guiding::Free => instant.spring_n,
             Guiding::Sliding(sign) => {
-                let pressed_n = instant.spring_n + sign * guide.coulomb_n;
-                pressed_n / self.rubbed_part(sign, pressed_n)
+                let pressed_n = instant.spring_n + sign * instant.grip * guide.coulomb_n;
+                pressed_n / self.rubbed_part(sign, pressed_n, instant.grip)
             }
             Guiding::Sticking => {
                 // Held on the frame, the robot takes part in its motion.
@@ -594,11 +603,12 @@ impl System {
     /// Where a creeping piece is in balance at rest, sliding with this sign: there it comes to rest.
     fn resting_m(&self, sign: f64, instant: &Instant, state: &[f64], mode: &Mode) -> f64 {
         let mut piece_m = instant.piece_m;
+        let grip = self.assembly.guide.grip(0.0);
         for _ in 0..20 {
             let pad = self.pad(instant.over_m - piece_m, instant.over_m_per_s, state, mode);
             let spring = self.spring(piece_m, 0.0, state, mode);
-            let part = self.rubbed_part(sign, pad.force_n);
-            let excess_n = part * pad.force_n - spring.force_n - sign * self.assembly.guide.coulomb_n;
+            let part = self.rubbed_part(sign, pad.force_n, grip);
+            let excess_n = part * pad.force_n - spring.force_n - sign * grip * self.assembly.guide.coulomb_n;
             let step_m = excess_n / (part * pad.stiffness_n_per_m + spring.stiffness_n_per_m);
             piece_m += step_m;
             if step_m.abs() <= 1e-15 {
@@ -610,9 +620,9 @@ impl System {
 
     /// What is left of a contact force (or of one of its sign) beside the friction that it causes while sliding. Tension
     /// causes none.
-    fn rubbed_part(&self, sign: f64, contact_n: f64) -> f64 {
+    fn rubbed_part(&self, sign: f64, contact_n: f64, grip: f64) -> f64 {
         let pulled = self.pull_off_n > 0.0 && contact_n < 0.0;
-        if pulled { 1.0 } else { 1.0 - sign * self.assembly.guide.load_coefficient }
+        if pulled { 1.0 } else { 1.0 - sign * grip * self.assembly.guide.load_coefficient }
     }
 
     /// The air's drag on a massless piece behind a pad, N. The piece is set in motion by the pad's growing force: with 2c·u̇·ü =
@@ -642,11 +652,11 @@ impl System {
                 return;
             }
             Guiding::Free => (0.0, 0.0),
-            Guiding::Sliding(sign) => (sign, sign * self.assembly.guide.coulomb_n),
+            Guiding::Sliding(sign) => (sign, sign * instant.grip * self.assembly.guide.coulomb_n),
         };
         let air_n = self.air_behind_pad_n(time_s, instant);
         let level = level + air_n;
-        let mut part = 1.0 - sign * self.assembly.guide.load_coefficient;
+        let mut part = 1.0 - sign * instant.grip * self.assembly.guide.load_coefficient;
         let softness = self.assembly.pad.as_ref().map_or(0.0, |pad| pad.stiffness_n_per_m);
         let mut piece_m =
             (part * softness * instant.over_m - level) / (part * softness + self.assembly.spring.stiffness_n_per_m);
@@ -655,7 +665,7 @@ impl System {
         loop {
             pad = self.pad(instant.over_m - piece_m, 0.0, state, mode);
             spring = self.spring(piece_m, 0.0, state, mode);
-            part = self.rubbed_part(sign, pad.force_n);
+            part = self.rubbed_part(sign, pad.force_n, instant.grip);
             let excess_n = part * pad.force_n - spring.force_n - level;
             let step = excess_n / (part * pad.stiffness_n_per_m + spring.stiffness_n_per_m);
             tries += 1;
@@ -681,7 +691,7 @@ impl System {
         let depth_m = instant.over_m - piece_m;
         let (sign, level) = match mode.guiding {
             Guiding::Sticking | Guiding::Free => (0.0, 0.0),
-            Guiding::Sliding(sign) => (sign, sign * self.assembly.guide.coulomb_n),
+            Guiding::Sliding(sign) => (sign, sign * instant.grip * self.assembly.guide.coulomb_n),
         };
         let sticking = mode.guiding == Guiding::Sticking;
         let likely = self.shared_m_per_s(instant);
@@ -697,7 +707,7 @@ impl System {
             if sticking || tries > 40 {
                 break;
             }
-            let part = self.rubbed_part(sign, pad.force_n);
+            let part = self.rubbed_part(sign, pad.force_n, instant.grip);
             let air_ns_per_m = 2.0 * guide.air_ns2_per_m2 * velocity.abs();
             let damping = part * pad.damping_ns_per_m + spring.damping_ns_per_m + air_ns_per_m;
             let drag = *drag.get_or_insert_with(|| damping.hypot(PIECE_DRAG_NS_PER_M) - damping);
@@ -728,7 +738,7 @@ impl System {
             + self.assembly.guide.air_n(instant.piece_m_per_s);
         instant.friction_n = match mode.guiding {
             Guiding::Free => 0.0,
-            Guiding::Sliding(sign) => sign * self.assembly.guide.sliding_n(instant.contact_n),
+            Guiding::Sliding(sign) => sign * instant.grip * self.assembly.guide.sliding_n(instant.contact_n),
             Guiding::Sticking => {
                 let swung_kg = self.assembly.piece.map_or(0.0, |piece| piece.mass_kg);
                 let swing_n = swung_kg * self.frame_m_per_s2(frame_n, mode, instant);

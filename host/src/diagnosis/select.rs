@@ -417,7 +417,8 @@ impl Selecting<'_> {
 }
 
 /// Whether a mechanism has a value of its own for each impact.
-fn is_loose(mechanism: &Mechanism) -> bool {
+#[must_use]
+pub fn is_loose(mechanism: &Mechanism) -> bool {
     mechanism.parameters.iter().any(Parameter::is_of_each_impact)
 }
 

@@ -11,7 +11,7 @@ use thud_sim::mechanism::{Parameter, Scale};
 
 use super::fit::Fit;
 use super::layout::{Entrant, Role, coordinate_of, value_of};
-use super::select::{Selection, Trial, WITHIN_REACH};
+use super::select::{Selection, Trial, WITHIN_REACH, is_loose};
 
 /// A rest is significant from here, in standard deviations of the omnibus test.
 pub const SIGNIFICANT: f64 = 6.0;
@@ -25,6 +25,10 @@ const WORTH: f64 = 0.02;
 /// No rig is quite like an equation: of two that differ by less than this part of what both explain there,
 /// either may be it.
 const LIKENESS: f64 = 0.015;
+
+/// And of two of which the second leaves no more than this of χ² beyond the first, whatever it has more to bend, the recordings exclude
+/// neither: two standard deviations. (What has values of its own for each impact is as good as anything.)
+const AS_GOOD: f64 = 4.0;
 
 /// A shape this far beyond what is likely is far: in natural logarithms, or in widths of what is likely.
 const FAR: f64 = 0.9;
@@ -177,14 +181,14 @@ pub fn twins(selection: &Selection, place: usize) -> Vec<(&'static str, f64)> {
 /// Models with another mechanism in this place that are as good, and which it is.
 fn within_reach(selection: &Selection, place: usize) -> impl Iterator<Item = (&'static str, &Trial)> {
     let reach = WITHIN_REACH.max(LIKENESS * selection.worth.get(place).copied().unwrap_or(0.0));
-    let id_of = |entrant: &Entrant| entrant.effect.mechanism().id;
-    let chosen = &selection.best.fit.layout.entrants;
-    let near = move |(of, trial): &&(usize, Trial)| {
-        *of == place && trial.fit.layout.entrants.len() == chosen.len() && trial.bic - selection.best.bic < reach
-    };
-    selection.rivals.iter().filter(near).filter_map(move |(_, trial)| {
-        let mut ids = trial.fit.layout.entrants.iter().map(id_of);
-        let other = ids.find(|id| chosen.iter().all(|chosen| id_of(chosen) != *id));
-        other.map(|id| (id, trial))
+    let Trial { fit: best, bic } = &selection.best;
+    let chosen = &best.layout.entrants;
+    let mechanism = |entrant: &Entrant| entrant.effect.mechanism();
+    let in_place = move |(of, trial): &&(usize, Trial)| *of == place && trial.fit.layout.entrants.len() == chosen.len();
+    selection.rivals.iter().filter(in_place).filter_map(move |(_, trial)| {
+        let mut others = trial.fit.layout.entrants.iter().map(mechanism);
+        let other = others.find(|other| chosen.iter().all(|chosen| mechanism(chosen).id != other.id))?;
+        let as_good = !is_loose(other) && trial.fit.cost - best.cost < AS_GOOD;
+        (as_good || trial.bic - bic < reach).then_some((other.id, trial))
     })
 }
