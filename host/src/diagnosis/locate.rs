@@ -182,7 +182,7 @@ pub fn locate(problem: &Problem, fit: &Fit) -> Vec<Place> {
         let alone = smooth[row].iter().map(|sum| sum.p()).fold(1.0, f64::min);
         let in_band = bands[row].iter().map(|sum| sum.p()).fold(1.0, f64::min);
         let p_value = (together.p().min(alone).min(in_band) * looked).min(1.0);
-        if p_value > SIGNIFICANT {
+        if p_value > SIGNIFICANT || !problem.is_beyond_noise(total(row).squares, total(row).forms) {
             continue;
         }
         let touched: Vec<usize> = touched(&smooth[row], together, looked);
@@ -226,7 +226,8 @@ pub fn alone(problem: &Problem, fit: &Fit) -> Alone {
                 .filter(|(time, _)| course.phase(**time) == phase)
                 .map(|(_, residual)| *residual)
                 .collect();
-            if residual.len() < 2 * FORMS {
+            let squares: f64 = residual.iter().map(|residual| residual * residual).sum();
+            if residual.len() < 2 * FORMS || !problem.is_beyond_noise(squares, residual.len()) {
                 continue;
             }
             let squares: f64 = cosines(&residual).iter().take(FORMS).map(|line| line * line).sum();

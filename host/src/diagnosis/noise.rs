@@ -22,15 +22,17 @@ pub struct Noise {
     innovation: f64,
     /// Standard deviation of e, in the channel's unit.
     rms: f64,
-    /// How many quiet samples told it; 0: it is only stated.
+    /// How many quiet samples told it; 0: none.
     samples: usize,
+    /// What is stated of its standard deviation, where no quiet samples told it.
+    stated: Option<f64>,
 }
 
 impl Noise {
-    /// White noise of this strength, as stated and not seen.
+    /// Noise that no quiet stretch has shown, taken as white and of this strength, with what is stated of it.
     #[must_use]
-    pub fn stated(rms: f64) -> Self {
-        Self { coefficients: Vec::new(), innovation: rms, rms, samples: 0 }
+    pub fn unseen(rms: f64, stated: f64) -> Self {
+        Self { coefficients: Vec::new(), innovation: rms, rms, samples: 0, stated: Some(stated) }
     }
 
     /// Fitted to quiet stretches of evenly spaced samples; `coloured` is whether an order above zero may be used.
@@ -55,7 +57,8 @@ impl Noise {
         if variance <= 0.0 {
             return None;
         }
-        let white = Self { coefficients: Vec::new(), innovation: variance.sqrt(), rms: variance.sqrt(), samples };
+        let white =
+            Self { coefficients: Vec::new(), innovation: variance.sqrt(), rms: variance.sqrt(), samples, stated: None };
         if !coloured || samples < ORDER * SAMPLES_PER_COEFFICIENT {
             return Some(white);
         }
@@ -81,6 +84,13 @@ impl Noise {
     #[must_use]
     pub fn samples(&self) -> usize {
         self.samples
+    }
+
+    /// Whether squares of whitened residuals can be more than noise, however they go together. Of noise that is only stated the colour is not
+    /// known: what is no stronger than that is within it.
+    #[must_use]
+    pub fn is_exceeded(&self, squares: f64, count: usize) -> bool {
+        self.stated.is_none_or(|stated| squares * self.rms.powi(2) > count as f64 * stated.powi(2))
     }
 
     /// Turns a residual into one that is white with unit variance, in place. The first samples, whose past is not known, are
@@ -126,6 +136,15 @@ mod tests {
         let lag = |lag: usize| fresh[lag..].iter().zip(&fresh).map(|(a, b)| a * b).sum::<f64>() / 4000.0;
         assert!((lag(0) - 1.0).abs() < 0.1, "{}", lag(0));
         assert!((1..5).all(|shift| lag(shift).abs() < 0.08));
+    }
+
+    #[test]
+    fn what_is_no_stronger_than_stated_is_within_it() {
+        let noise = Noise::unseen(0.2, 0.15);
+        // Whitened by what was taken: 0.15/0.2 of it is what was stated.
+        assert!(!noise.is_exceeded(100.0 * 0.55, 100));
+        assert!(noise.is_exceeded(100.0 * 0.58, 100));
+        assert!(Noise::of_quiet(&[&coloured(400, 1)], true).unwrap().is_exceeded(1.0, 100));
     }
 
     #[test]

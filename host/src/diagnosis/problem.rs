@@ -153,6 +153,12 @@ impl Problem {
         (seen.iter().map(|rms| rms * rms).sum::<f64>() / seen.len() as f64).sqrt()
     }
 
+    /// Whether squares of whitened residuals of any channel can be more than noise, however they go together.
+    #[must_use]
+    pub fn is_beyond_noise(&self, squares: f64, count: usize) -> bool {
+        self.channels.iter().any(|channel| channel.noise.is_exceeded(squares, count))
+    }
+
     /// Whether there is a rig with springs.
     #[must_use]
     pub fn has_springs(&self) -> bool {
@@ -275,7 +281,7 @@ impl Problem {
                     notes.push(Note::general(&format!(
                         "{column}: too little quiet before contact to see the noise; taken as white, {taken:.3} rms (stated {stated}, scatter from sample to sample {seen:.3}). Begin recordings 50 ms before contact"
                     )));
-                    Noise::stated(if taken > 0.0 { taken } else { spread(&prepared, number) * 1e-3 })
+                    Noise::unseen(if taken > 0.0 { taken } else { spread(&prepared, number) * 1e-3 }, stated)
                 });
                 let Convention { quantity, sign } = conventions[number];
                 ChannelModel { column: column.clone(), quantity, sign, noise }
