@@ -22,12 +22,12 @@ pub fn install(what: &str, packages: &[&str]) -> Result<(), String> {
     };
     let mut arguments = vec!["install", "-y", "-qq", "--no-install-recommends"];
     arguments.extend(packages);
-    // Lists of packages may be missing or old.
-    if step::run(&format!("{what}: packages"), &mut apt(&arguments)).is_err() {
-        step::run(&format!("{what}: lists of packages"), &mut apt(&["update", "-qq"]))?;
-        step::run(&format!("{what}: packages"), &mut apt(&arguments))?;
+    // Lists of packages may be missing or old, or those of one source only; without a network what is at hand may do.
+    let update = format!("{what}: lists of packages");
+    if let Err(error) = step::run(&update, &mut apt(&["update", "-qq"])) {
+        eprintln!("note: {error}");
     }
-    Ok(())
+    step::run(&format!("{what}: packages"), &mut apt(&arguments))
 }
 
 /// Whether the distribution has these packages, as far as its lists tell; they are fetched where they are missing.

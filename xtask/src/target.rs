@@ -20,6 +20,8 @@ pub const TARGET: &str = "thumbv7em-none-eabihf";
 const PACKAGES: [&str; 5] = ["rustc-web", "cargo-web", "rust-web-src", "rust-web-clippy", "lld-19"];
 const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
 const DEBIAN_CARGO: &str = "/usr/bin/cargo";
+/// The oldest compiler that the firmware builds with.
+const OLDEST: &str = env!("CARGO_PKG_RUST_VERSION");
 /// What `rustup` calls Debian's compiler.
 const DEBIAN_TOOLCHAIN: &str = "debian-web";
 const DEBIAN_LINKER: &str = "ld.lld-19";
@@ -97,7 +99,7 @@ pub fn toolchain() -> Result<Option<Toolchain>, String> {
 fn missing() -> Vec<String> {
     let mut missing = Vec::new();
     if !packages_installed() {
-        missing.push(format!("packages {}", PACKAGES.join(" ")));
+        missing.push(format!("packages {} of at least {OLDEST}", PACKAGES.join(" ")));
     }
     if !linked() {
         missing.push(format!("toolchain `{DEBIAN_TOOLCHAIN}` of rustup"));
@@ -109,14 +111,15 @@ fn missing() -> Vec<String> {
 }
 
 fn install() -> Result<(), String> {
-    if !packages_installed() {
+    let is_new = !packages_installed();
+    if is_new {
         packages::install("compiler for the board", &PACKAGES)?;
     }
     if !linked() {
         let link = ["toolchain", "link", DEBIAN_TOOLCHAIN, "/usr"];
         step::run("compiler for the board: rustup", &mut step::command("rustup", &link))?;
     }
-    if !has_core(Path::new(DEBIAN_RUSTC)) {
+    if is_new || !has_core(Path::new(DEBIAN_RUSTC)) {
         build_core()?;
     }
     match missing().as_slice() {
@@ -146,10 +149,18 @@ fn build_core() -> Result<(), String> {
     step::run("compiler for the board: core", &mut build)?;
     let built = folder.join("target").join(TARGET).join("release/deps");
     let library = library(Path::new(DEBIAN_RUSTC)).ok_or("rustc does not say where its libraries are")?;
-    fs::create_dir_all(&library).map_err(|error| format!("{}: {error}", library.display()))?;
+    let told_there = |error: std::io::Error| format!("{}: {error}", library.display());
+    fs::create_dir_all(&library).map_err(told_there)?;
+    let crates = ["core", "alloc", "compiler_builtins"];
+    // Those of an older compiler may lie there.
+    for old in fs::read_dir(&library).map_err(told_there)?.flatten() {
+        if is_rlib_of(&old.file_name(), &crates) {
+            fs::remove_file(old.path()).map_err(told_there)?;
+        }
+    }
     for entry in fs::read_dir(&built).map_err(told)?.flatten() {
         let name = entry.file_name();
-        if is_rlib_of(&name, &["core", "alloc", "compiler_builtins"]) {
+        if is_rlib_of(&name, &crates) {
             let to = library.join(&name);
             fs::copy(entry.path(), &to).map_err(|error| format!("{}: {error}", to.display()))?;
         }
@@ -180,8 +191,21 @@ fn has_core(rustc: &Path) -> bool {
         .is_some_and(|entries| entries.flatten().any(|entry| is_rlib_of(&entry.file_name(), &["core"])))
 }
 
+/// All of them, and a compiler that is new enough: a second source of packages may have a newer one than the first.
 fn packages_installed() -> bool {
     step::works(step::command("dpkg", &["--status"]).args(PACKAGES))
+        && version().is_some_and(|version| is_enough(&version))
+}
+
+/// What Debian's compiler says of itself: `rustc 1.96.0 (…)`.
+fn version() -> Option<String> {
+    let output = Command::new(DEBIAN_RUSTC).arg("--version").output().ok()?;
+    String::from_utf8(output.stdout).ok()?.split_whitespace().nth(1).map(str::to_owned)
+}
+
+fn is_enough(version: &str) -> bool {
+    let numbers = |version: &str| -> Vec<u32> { version.split('.').filter_map(|number| number.parse().ok()).collect() };
+    numbers(version) >= numbers(OLDEST)
 }
 
 fn linked() -> bool {
@@ -190,4 +214,15 @@ fn linked() -> bool {
 
 fn linker_variable() -> String {
     format!("CARGO_TARGET_{}_LINKER", TARGET.to_uppercase().replace('-', "_"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_enough;
+
+    #[test]
+    fn an_older_compiler_is_not_enough() {
+        assert!(is_enough("1.96.0") && is_enough("2.0.0") && is_enough(&format!("{}.0", super::OLDEST)));
+        assert!(!is_enough("1.85.0") && !is_enough("1.9.0"));
+    }
 }
