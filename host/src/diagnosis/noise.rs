@@ -24,15 +24,16 @@ pub struct Noise {
     rms: f64,
     /// How many quiet samples told it; 0: none.
     samples: usize,
-    /// What is stated of its standard deviation, where no quiet samples told it.
-    stated: Option<f64>,
+    /// How strong anything may be that is no more than noise, however slow, where no quiet samples told its colour.
+    slow: Option<f64>,
 }
 
 impl Noise {
-    /// Noise that no quiet stretch has shown, taken as white and of this strength, with what is stated of it.
+    /// Noise that no quiet stretch has shown, taken as white and of this strength, though what is no stronger than `slow` may be noise
+    /// however slow it is.
     #[must_use]
-    pub fn unseen(rms: f64, stated: f64) -> Self {
-        Self { coefficients: Vec::new(), innovation: rms, rms, samples: 0, stated: Some(stated) }
+    pub fn unseen(rms: f64, slow: f64) -> Self {
+        Self { coefficients: Vec::new(), innovation: rms, rms, samples: 0, slow: Some(slow) }
     }
 
     /// Fitted to quiet stretches of evenly spaced samples; `coloured` is whether an order above zero may be used.
@@ -58,7 +59,7 @@ impl Noise {
             return None;
         }
         let white =
-            Self { coefficients: Vec::new(), innovation: variance.sqrt(), rms: variance.sqrt(), samples, stated: None };
+            Self { coefficients: Vec::new(), innovation: variance.sqrt(), rms: variance.sqrt(), samples, slow: None };
         if !coloured || samples < ORDER * SAMPLES_PER_COEFFICIENT {
             return Some(white);
         }
@@ -86,11 +87,10 @@ impl Noise {
         self.samples
     }
 
-    /// Whether squares of whitened residuals can be more than noise, however they go together. Of noise that is only stated the colour is not
-    /// known: what is no stronger than that is within it.
+    /// Whether squares of whitened residuals can be more than noise, however they go together.
     #[must_use]
     pub fn is_exceeded(&self, squares: f64, count: usize) -> bool {
-        self.stated.is_none_or(|stated| squares * self.rms.powi(2) > count as f64 * stated.powi(2))
+        self.slow.is_none_or(|slow| squares * self.rms.powi(2) > count as f64 * slow.powi(2))
     }
 
     /// Turns a residual into one that is white with unit variance, in place. The first samples, whose past is not known, are
@@ -139,9 +139,9 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_stronger_than_stated_is_within_it() {
+    fn what_is_no_stronger_than_slow_noise_is_within_it() {
         let noise = Noise::unseen(0.2, 0.15);
-        // Whitened by what was taken: 0.15/0.2 of it is what was stated.
+        // Whitened by what was taken: 0.15/0.2 of it may be slow.
         assert!(!noise.is_exceeded(100.0 * 0.55, 100));
         assert!(noise.is_exceeded(100.0 * 0.58, 100));
         assert!(Noise::of_quiet(&[&coloured(400, 1)], true).unwrap().is_exceeded(1.0, 100));
