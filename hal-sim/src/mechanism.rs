@@ -15,7 +15,7 @@
 //! | pad, spring | `stiffness_n_per_m` of the element, changed once with the approach's speed and order number in hand | `rate-stiffening`, `mullins-softening`, spring repeatability, a wrong spring |
 //! | contact | `pull_off_n` of the element that the robot touches: it holds at negative depth until then | `adhesion` |
 //! | spring | `ForceLaw` on `assembly.spring`, with a knot | `end-stop`, `clearance` (a part bears only beyond a gap) |
-//! | guide | numbers of [`Guide`](crate::rig::Guide): Coulomb level, static ratio, load coefficient, share through the cell, drag of the air | `guide-friction`, `stiction`, `load-dependent-friction`, `air-damping` |
+//! | guide | numbers of [`Guide`](crate::rig::Guide): Coulomb level, static ratio, Stribeck's speed, load coefficient, share through the cell, drag of the air | `guide-friction`, `stiction`, `load-dependent-friction`, `air-damping` |
 //! | piece, base | a body: `assembly.piece`; `assembly.frame`, a second body below the springs | `moving-piece-inertia`, `frame-compliance` |
 //! | robot | `assembly.joint` splits the robot's mass in tip and link; `assembly.ceiling` lets them slip; `assembly.sway` accelerates all of it | `joint-elasticity`, `force-ceiling`, `link-oscillation` |
 //! | drive | [`Drive`](crate::rig::Drive): force on the robot from time since contact, position, velocity, and time since a trigger (a force passed for a delay) | `robot-push`, `collision-reaction`, `air-drag` |

@@ -278,8 +278,8 @@ impl Problem {
                 let noise = Noise::of_quiet(&slices, all_even).unwrap_or_else(|| {
                     let seen = scatter(&prepared, number);
                     // What is stated and does not scatter from sample to sample may be slow.
-                    let scatter = third_differences(prepared.iter().map(|recording| recording.raw.values.as_slice()));
-                    let slow = (stated.powi(2) - scatter.powi(2)).max(0.0).sqrt();
+                    let quick = third_differences(prepared.iter().map(|recording| recording.raw.values.as_slice()));
+                    let slow = (stated.powi(2) - quick.powi(2)).max(0.0).sqrt();
                     let taken = stated.max(seen).max(quantum(&prepared, number) / 12.0_f64.sqrt());
                     notes.push(Note::general(&format!(
                         "{column}: too little quiet before contact to see the noise; taken as white, {taken:.3} rms (stated {stated}, scatter from sample to sample {seen:.3}). Begin recordings 50 ms before contact"
