@@ -175,19 +175,20 @@ pub fn diagnose(
     let start = layout.start(&problem);
     let nominal = Fit::run(&problem, layout.clone(), start, &all, Effort::NOMINAL).ok_or_else(impossible)?;
     let baseline = Fit::run(&problem, layout, nominal.point.clone(), &all, Effort::FULL).ok_or_else(impossible)?;
+    let lines = |fit: &Fit| fit.lines_hz(&problem);
+    let selection = select(&problem, baseline, &mechanisms, &lines, progress).ok_or_else(impossible)?;
+    let baseline = &selection.baseline;
     let seen = Layout { offsets_as_seen: true, ..baseline.layout.clone() };
     let located =
         Fit::run(&problem, seen, baseline.point.clone(), &all, Effort::AGAIN).unwrap_or_else(|| baseline.clone());
-    let lines = |fit: &Fit| fit.lines_hz(&problem);
-    let selection = select(&problem, baseline, &mechanisms, &lines, progress).ok_or_else(impossible)?;
     let map =
         verdict::remains(&selection).then(|| rest::map(&problem, &selection.best.fit, &selection.tangent)).flatten();
     progress("recordings left out");
-    let baseline_held_out = held_out::held_out(&problem, &selection.baseline, &selection.baseline);
+    let baseline_held_out = held_out::held_out(&problem, baseline, baseline);
     let held_out = if selection.best.fit.layout.entrants.is_empty() {
         baseline_held_out.clone()
     } else {
-        held_out::held_out(&problem, &selection.baseline, &selection.best.fit)
+        held_out::held_out(&problem, baseline, &selection.best.fit)
     };
     Ok(Diagnosis { tried: mechanisms, problem, nominal, located, selection, baseline_held_out, held_out, map, notes })
 }

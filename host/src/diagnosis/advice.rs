@@ -222,6 +222,7 @@ fn separation(
             file: String::new(),
             times_s: times_s.clone(),
             series,
+            quiet: Vec::new(),
             mean_of_s2: pattern.mean_of_s2,
             sample_s: pattern.sample_s,
             speed: crate::campaign::Estimate::new(

@@ -2,9 +2,13 @@
 //!
 //! ```text
 //!  before │ rise │ fall │ after      in each phase of each recording the whitened residual is compared with a few smooth
-//! ────────┼──╱───┼───╲──┼───────     forms and with bands of frequency; under the right model each sum of squares over
-//!         contact peak  separation   q forms is χ² with q degrees of freedom
+//! ────────┼──╱───┼───╲──┼───────     forms and with bands of frequency; under the right model the mean square over
+//!         contact peak  separation   q forms is to that over r forms of the quiet before contact as F with q, r
 //! ```
+//!
+//! What is in a band is compared with what the quiet has in that band: a spectrum of p coefficients from n samples has a relative
+//! variance of 2p/n (K. N. Berk, Consistent autoregressive spectral estimates, Annals of Statistics 2 (1974) 489; 6 from 1200 samples: a
+//! tenth), which a thousand forms would take for a difference.
 //!
 //! The residual is that of the re-tuned baseline, or of any other fit. p-values are Bonferroni's: multiplied by the number of places
 //! looked at.
@@ -20,6 +24,8 @@ use super::problem::Problem;
 const FORMS: usize = 5;
 /// Bands of frequency within a phase: edges, Hz.
 const BANDS_HZ: [f64; 7] = [0.0, 40.0, 80.0, 160.0, 320.0, 640.0, 1500.0];
+/// More lines of a stretch are not looked at.
+const MOST_LINES: usize = 240;
 /// A place is told below this p.
 const SIGNIFICANT: f64 = 0.01;
 /// The force at which a contact of the model ends, over its peak.
@@ -112,15 +118,24 @@ struct Sum {
 }
 
 impl Sum {
+    fn of(line: f64) -> Self {
+        Self { squares: line * line, forms: 1 }
+    }
+
     fn excess(self) -> f64 {
         self.squares - self.forms as f64
     }
 
-    fn p(self) -> f64 {
-        if self.forms == 0 {
-            return 1.0;
+    /// The probability of that much noise, whose strength the quiet shows: χ² where none does.
+    fn p(self, quiet: Self) -> f64 {
+        let (count, quiet_count) = (self.forms as f64, quiet.forms as f64);
+        let squares = self.squares.max(0.0);
+        match (self.forms, quiet.forms) {
+            (0, _) => 1.0,
+            (_, 0) => ChiSquared::new(count).map_or(1.0, |distribution| distribution.sf(squares)),
+            _ => FisherSnedecor::new(count, quiet_count)
+                .map_or(1.0, |distribution| distribution.sf(squares / count * quiet_count / quiet.squares)),
         }
-        ChiSquared::new(self.forms as f64).map_or(1.0, |distribution| distribution.sf(self.squares.max(0.0)))
     }
 }
 
@@ -131,6 +146,9 @@ impl std::ops::AddAssign for Sum {
     }
 }
 
+/// A sum for each band.
+type Bands = [Sum; BANDS_HZ.len() - 1];
+
 /// The places where a fit differs from the recordings, the largest share first.
 #[must_use]
 pub fn locate(problem: &Problem, fit: &Fit) -> Vec<Place> {
@@ -138,7 +156,7 @@ pub fn locate(problem: &Problem, fit: &Fit) -> Vec<Place> {
     let courses: Vec<Course> = (0..count).map(|number| Course::of(problem, fit, number)).collect();
     // For each phase and recording: smooth forms, and energy by band.
     let mut smooth = vec![vec![Sum::default(); count]; Phase::ALL.len()];
-    let mut bands = vec![vec![Sum::default(); BANDS_HZ.len() - 1]; Phase::ALL.len()];
+    let mut bands = [Bands::default(); Phase::ALL.len()];
     let mut signed = vec![vec![0.0; count]; Phase::ALL.len()];
     for (number, recording) in problem.recordings.iter().enumerate() {
         let samples = recording.times_s.len();
@@ -149,21 +167,9 @@ pub fn locate(problem: &Problem, fit: &Fit) -> Vec<Place> {
             if within.len() < 6 {
                 continue;
             }
-            let residual = &fit.residuals[number][first..=last];
-            let length_s = recording.times_s[last] - recording.times_s[first];
-            let lines = cosines(residual);
-            for (order, line) in lines.iter().enumerate() {
-                let square = Sum { squares: line * line, forms: 1 };
-                if order < FORMS {
-                    smooth[row][number] += square;
-                }
-                let hz = order as f64 / (2.0 * length_s);
-                if let Some(band) =
-                    (0..BANDS_HZ.len() - 1).find(|band| hz >= BANDS_HZ[*band] && hz < BANDS_HZ[band + 1])
-                {
-                    bands[row][band] += square;
-                }
-            }
+            let lines = cosines(&fit.residuals[number][first..=last]);
+            lines.iter().take(FORMS).for_each(|line| smooth[row][number] += Sum::of(*line));
+            add_to_bands(&mut bands[row], &lines, 0, recording.times_s[last] - recording.times_s[first]);
             signed[row][number] = lines.iter().take(2).sum();
         }
     }
@@ -172,6 +178,7 @@ pub fn locate(problem: &Problem, fit: &Fit) -> Vec<Place> {
         bands[row].iter().for_each(|band| sum += *band);
         sum
     };
+    let (quiet, level) = (quiet_bands(problem), level(problem));
     // Looked at: in each phase the smooth forms of all recordings together, of each alone, and the bands.
     let looked = (Phase::ALL.len() * (1 + count + BANDS_HZ.len() - 1)) as f64;
     let all_excess: f64 = (0..Phase::ALL.len()).map(|row| total(row).excess().max(0.0)).sum();
@@ -179,13 +186,13 @@ pub fn locate(problem: &Problem, fit: &Fit) -> Vec<Place> {
     for (row, phase) in Phase::ALL.into_iter().enumerate() {
         let mut together = Sum::default();
         smooth[row].iter().for_each(|sum| together += *sum);
-        let alone = smooth[row].iter().map(|sum| sum.p()).fold(1.0, f64::min);
-        let in_band = bands[row].iter().map(|sum| sum.p()).fold(1.0, f64::min);
-        let p_value = (together.p().min(alone).min(in_band) * looked).min(1.0);
+        let alone = smooth[row].iter().map(|sum| sum.p(level)).fold(1.0, f64::min);
+        let in_band = bands[row].iter().zip(&quiet).map(|(sum, quiet)| sum.p(*quiet)).fold(1.0, f64::min);
+        let p_value = (together.p(level).min(alone).min(in_band) * looked).min(1.0);
         if p_value > SIGNIFICANT || !problem.is_beyond_noise(total(row).squares, total(row).forms) {
             continue;
         }
-        let touched: Vec<usize> = touched(&smooth[row], together, looked);
+        let touched: Vec<usize> = touched(&smooth[row], together, level, looked);
         let stretch = stretch(problem, fit, &courses, phase);
         places.push(Place {
             phase: phase.word(),
@@ -215,6 +222,7 @@ pub struct Alone {
 /// What one recording alone says against a fit: the omnibus test looks for what many share.
 #[must_use]
 pub fn alone(problem: &Problem, fit: &Fit) -> Alone {
+    let level = level(problem);
     let mut most = Alone { recording: 0, excess: 0.0, p_value: 1.0 };
     for (number, recording) in problem.recordings.iter().enumerate() {
         let course = Course::of(problem, fit, number);
@@ -234,18 +242,50 @@ pub fn alone(problem: &Problem, fit: &Fit) -> Alone {
             let sum = Sum { squares, forms: FORMS };
             if sum.excess() > most.excess {
                 let looked = (Phase::ALL.len() * problem.recordings.len()) as f64;
-                most = Alone { recording: number, excess: sum.excess(), p_value: (sum.p() * looked).min(1.0) };
+                let p_value = (sum.p(level) * looked).min(1.0);
+                most = Alone { recording: number, excess: sum.excess(), p_value };
             }
         }
     }
     most
 }
 
+/// The strength of the noise over all frequencies, as the quiet shows it.
+fn level(problem: &Problem) -> Sum {
+    let samples = problem.channels[0].noise.samples();
+    Sum { squares: samples as f64, forms: samples }
+}
+
+/// What the quiet of all recordings has in the bands, of which a piece's mean is no part.
+fn quiet_bands(problem: &Problem) -> Bands {
+    let mut bands = Bands::default();
+    for recording in &problem.recordings {
+        let Some(quiet) = recording.quiet.first().filter(|quiet| !quiet.is_empty()) else { continue };
+        let mean = quiet.iter().sum::<f64>() / quiet.len() as f64;
+        let mut residual: Vec<f64> = quiet.iter().map(|value| value - mean).collect();
+        problem.channels[0].noise.whiten(&mut residual);
+        let times_s = &recording.times_s;
+        let step_s = (times_s[times_s.len() - 1] - times_s[0]) / (times_s.len() - 1) as f64;
+        for piece in residual.chunks(MOST_LINES).filter(|piece| piece.len() > FORMS) {
+            add_to_bands(&mut bands, &cosines(piece), 1, step_s * (piece.len() - 1) as f64);
+        }
+    }
+    bands
+}
+
+/// Adds lines of a stretch that lasts so long to their bands, from this order on.
+fn add_to_bands(bands: &mut Bands, lines: &[f64], from: usize, lasts_s: f64) {
+    for (order, line) in lines.iter().enumerate().skip(from) {
+        let hz = order as f64 / (2.0 * lasts_s);
+        if let Some(band) = (0..bands.len()).find(|band| hz >= BANDS_HZ[*band] && hz < BANDS_HZ[band + 1]) {
+            bands[band] += Sum::of(*line);
+        }
+    }
+}
+
 /// Coefficients of the orthonormal cosines (the discrete cosine transform, type II), as many as there are samples, up to the last
 /// band's; those of white noise are again independent with unit variance.
 fn cosines(values: &[f64]) -> Vec<f64> {
-    /// More are not looked at.
-    const MOST_LINES: usize = 240;
     let count = values.len();
     let scale = (2.0 / count as f64).sqrt();
     (0..count.min(MOST_LINES))
@@ -266,8 +306,9 @@ fn cosines(values: &[f64]) -> Vec<f64> {
 }
 
 /// The recordings in which the residual is significant by itself; if none is, those that hold most of the excess.
-fn touched(smooth: &[Sum], together: Sum, looked: f64) -> Vec<usize> {
-    let alone: Vec<usize> = (0..smooth.len()).filter(|number| smooth[*number].p() * looked < SIGNIFICANT).collect();
+fn touched(smooth: &[Sum], together: Sum, level: Sum, looked: f64) -> Vec<usize> {
+    let alone: Vec<usize> =
+        (0..smooth.len()).filter(|number| smooth[*number].p(level) * looked < SIGNIFICANT).collect();
     if !alone.is_empty() {
         return alone;
     }
@@ -400,6 +441,16 @@ fn groups_p(groups: &[usize], y: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn noise_that_few_forms_show_excuses_more() {
+        let seen = Sum { squares: 386.0, forms: 270 };
+        assert!((seen.p(Sum::default()) - 4.427e-6).abs() < 1e-9, "{}", seen.p(Sum::default()));
+        // As strong in the quiet: no difference. Known from very much of it: that of χ² again.
+        assert!(seen.p(Sum { squares: 143.0, forms: 100 }) > 0.4);
+        assert!((seen.p(Sum { squares: 1e7, forms: 10_000_000 }) - 4.43e-6).abs() < 1e-8);
+        assert_eq!(Sum::default().p(seen), 1.0);
+    }
 
     #[test]
     fn cosines_keep_the_energy_and_find_the_line() {

@@ -71,6 +71,8 @@ pub struct Prepared {
     pub times_s: Vec<f64>,
     /// One series for each channel: values at the instants.
     pub series: Vec<Vec<f64>>,
+    /// What each channel shows before contact, means over as many samples as the series'; empty in a fall.
+    pub quiet: Vec<Vec<f64>>,
     /// (n² − 1)·Δt²/24 for means over n samples: a mean is the value in the middle plus this times the curvature, s².
     pub mean_of_s2: f64,
     /// Time between two samples of the converter, s.
@@ -188,7 +190,6 @@ impl Problem {
             .collect();
         let mut prepared = Vec::new();
         let mut rebounds = 0;
-        let mut quiet: Vec<Vec<Vec<f64>>> = vec![Vec::new(); columns.len()];
         let mut all_even = true;
         for (order, (entry, recording)) in campaign.recordings.iter().zip(&loaded.recordings).enumerate() {
             // Without a name, recordings of one believed mass are of one pose.
@@ -215,7 +216,7 @@ impl Problem {
             };
             let file = entry.file.clone();
             let name = std::path::Path::new(&file).file_stem().map_or(file.clone(), |s| s.to_string_lossy().into());
-            let Some(mut thinned) = raw.thin() else {
+            let Some(thinned) = raw.thin() else {
                 notes.push(Note::about(&name, "nothing in it rises above its noise; it is left out"));
                 continue;
             };
@@ -231,14 +232,12 @@ impl Problem {
             }
             all_even &= thinned.even;
             rebounds += usize::from(thinned.kept < recording.times_s().len());
-            for (stretches, stretch) in quiet.iter_mut().zip(std::mem::take(&mut thinned.quiet)) {
-                stretches.push(stretch);
-            }
             prepared.push(Prepared {
                 name,
                 file,
                 times_s: thinned.times_s,
                 series: thinned.series,
+                quiet: thinned.quiet,
                 mean_of_s2: thinned.mean_of_s2,
                 sample_s: raw.interval_s,
                 speed: entry.impact_speed_m_per_s,
@@ -270,10 +269,9 @@ impl Problem {
         }
         let channels = columns
             .iter()
-            .zip(&quiet)
             .enumerate()
-            .map(|(number, (column, stretches))| {
-                let slices: Vec<&[f64]> = stretches.iter().map(Vec::as_slice).collect();
+            .map(|(number, column)| {
+                let slices: Vec<&[f64]> = prepared.iter().map(|recording| recording.quiet[number].as_slice()).collect();
                 let stated = if number == 0 { campaign.chain.noise_rms } else { 0.0 };
                 let noise = Noise::of_quiet(&slices, all_even).unwrap_or_else(|| {
                     let seen = scatter(&prepared, number);
