@@ -123,7 +123,7 @@ pub fn refit(
             Some(Start { fit, promised: score.z * score.z, looks: LOOKS })
         })
         .collect();
-    let mut starts = in_turn(begun, breadth);
+    let mut starts = in_turn(begun, base.cost, breadth);
     // Where a belief is strained, the fit so far imitates what is missing and may be far from where it would be beside it.
     if base.strain() > STRAINED {
         let mut once: HashSet<Kind> = HashSet::new();
@@ -147,7 +147,9 @@ pub fn refit(
 }
 
 /// Chooses among starts, given in the order of what they promise: the most promising and what the simulation makes most of, in turn.
-fn in_turn(begun: Vec<Start>, breadth: Breadth) -> Vec<Start> {
+/// Who promises more than there is comes after all who do not.
+fn in_turn(mut begun: Vec<Start>, all: f64, breadth: Breadth) -> Vec<Start> {
+    begun.sort_by_key(|start| start.promised >= all);
     let mut by_cost: Vec<usize> = (0..begun.len()).collect();
     by_cost.sort_by(|a, b| begun[*a].fit.cost.total_cmp(&begun[*b].fit.cost));
     let mut taken: Vec<usize> = Vec::new();
