@@ -12,7 +12,7 @@
 //! | site | door | mechanisms |
 //! |---|---|---|
 //! | pad | [`ForceLaw`](crate::rig::ForceLaw) on `assembly.contact_laws`: force from depth, rate and states of its own; a knot where its form changes | `hunt-crossley-damping`, `viscous-damping` (depend on the rate), `pad-relaxation` (a state: the strain of the viscous branch), `hardening` (elastic) |
-//! | pad, spring | `stiffness_n_per_m` of the element, changed once with the approach's speed and order number in hand | `rate-stiffening`, `mullins-softening`, spring repeatability, a wrong spring |
+//! | pad, spring | `stiffness_n_per_m` of the element, changed once with the approach's speed and order number in hand | `rate-stiffening` (with a law for what it forgets), `mullins-softening`, spring repeatability, a wrong spring |
 //! | contact | `pull_off_n` of the element that the robot touches: it holds at negative depth until then | `adhesion` |
 //! | spring | `ForceLaw` on `assembly.spring`, with a knot | `end-stop`, `clearance` (a part bears only beyond a gap) |
 //! | guide | numbers of [`Guide`](crate::rig::Guide): Coulomb level, static ratio, Stribeck's speed, load coefficient, share through the cell, drag of the air | `guide-friction`, `stiction`, `load-dependent-friction`, `air-damping` |

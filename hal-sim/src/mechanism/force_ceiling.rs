@@ -8,7 +8,8 @@
 //! v_tip), as an overload clutch, a ratcheting gear or a current-limited drive that is pushed back does (c is the drives' own
 //! viscous friction), and the link slips on; it holds again when both are equally fast. The contact force is C and what the tip's own
 //! inertia adds, which swings about C: a flat top, sloping with c, with a ring that is the flatter the lighter the tip and that c
-//! damps. F_max times the way that it slipped is lost, so that the unloading side starts from rest at F_max.
+//! damps. What slips may be a joint that half of the arm lies before, or a finger's cap of a few grams. F_max times the way that it
+//! slipped is lost, so that the unloading side starts from rest at F_max.
 //!
 //! Behind an elastic joint (`joint-elasticity`) it is that joint which slips, and its link fraction that counts.
 //!

@@ -4,13 +4,17 @@
 //! proportional, and v_ref the speed at which the rig's own stiffness holds: that of the press or the hit that told it.
 //! (With a stiffness that nobody has stated, v_ref would be one number too many.) The law is one of the mean rate and
 //! not of the rate at each instant: with the latter the force would rise the faster the pad is let go, and a massless
-//! piece could not be balanced; what loss comes with the stiffening is `pad-relaxation`'s or `hunt-crossley-damping`'s.
-//! On a rig without a pad it is the springs' stiffness that grows.
+//! piece could not be balanced.
 //!
-//! Source: logarithmic rate law of rubber and foam in drop tests; a 0.02 to 0.1 per factor e.
+//! What stiffens with the logarithm of the rate softens with that of time: a rubber that is a stiffer for e times the speed is
+//! a softer again once it has forgotten a factor e of it, after τ. F = k(v)·δ − a·k·z, ż = (δ − z)/τ; an impact that lasts t_c, short
+//! beside τ, loses a·t_c/τ of its energy. On a rig without a pad it is the springs' stiffness that grows.
+//!
+//! Source: logarithmic rate law of rubber and foam in drop tests; a 0.02 to 0.1 per factor e. Equivalence of rate and time in
+//! relaxation: J. D. Ferry, Viscoelastic Properties of Polymers (1980), ch. 3.
 
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
-use crate::rig::Assembly;
+use crate::rig::{Assembly, Deformation, ForceLaw, Response};
 
 /// No pad softens below this part of its stiffness: a logarithm has no bottom.
 const SOFTEST: f64 = 0.1;
@@ -22,7 +26,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "rate-stiffening",
     group: Group::Contact,
     site: Site::Pad,
-    equation: "k(v) = k·(1 + a·ln(v/v_ref)), v the speed at first contact",
+    equation: "F = k·(1 + a·ln(v/v_ref))·δ − a·k·z, dz/dt = (δ − z)/τ, v the speed at first contact",
     source: "logarithmic rate law of rubber; a 0.02 to 0.1",
     parameters: &[
         Parameter {
@@ -37,6 +41,17 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             search: Search::Strength,
         },
         Parameter {
+            name: "memory_s",
+            unit: "s",
+            meaning: "time in which the pad forgets a factor e of the speed",
+            null: None,
+            range: (1e-2, 1e3),
+            plausible: (0.03, 30.0),
+            typical: 1.0,
+            scale: Scale::Logarithmic,
+            search: Search::Typical,
+        },
+        Parameter {
             name: "reference_m_per_s",
             unit: "m/s",
             meaning: "speed v_ref at which the stated stiffness holds",
@@ -48,7 +63,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             search: Search::Typical,
         },
     ],
-    signature: "the fitted stiffness grows with the logarithm of the speed, each pulse is a clean one",
+    signature: "the fitted stiffness grows with the logarithm of the speed; each pulse loses little",
     confused_with: &["hardening", "joint-elasticity", "mullins-softening"],
     separated_by: "another mass at the same speed changes the peak and with it hardening, but not this; the pad alone in a press",
     enter,
@@ -56,8 +71,40 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
     let speed = assembly.approach.speed_m_per_s.abs().max(SLOWEST_M_PER_S);
+    let (per_e_fold, memory_s) = (effect.value(0), effect.value(1));
     let element = assembly.pad.as_mut().unwrap_or(&mut assembly.spring);
-    element.stiffness_n_per_m *= (1.0 + effect.value(0) * (speed / effect.value(1)).ln()).max(SOFTEST);
+    element.stiffness_n_per_m *= (1.0 + per_e_fold * (speed / effect.value(2)).ln()).max(SOFTEST);
+    assembly.contact_laws.push(Box::new(Forgetting { ratio: per_e_fold, time_constant_s: memory_s }));
+}
+
+/// What has been forgotten of the stiffness: no part of it at first, a factor e of the speed in the end.
+#[derive(Debug)]
+struct Forgetting {
+    ratio: f64,
+    time_constant_s: f64,
+}
+
+impl ForceLaw for Forgetting {
+    fn respond(&self, deformation: Deformation, _elastic: Response, states: &[f64]) -> Response {
+        let stiffness_n_per_m = self.ratio * deformation.linear_n_per_m;
+        Response {
+            force_n: -stiffness_n_per_m * states[0],
+            drift_n_per_s: -stiffness_n_per_m * (deformation.depth_m - states[0]) / self.time_constant_s,
+            ..Response::default()
+        }
+    }
+
+    fn is_linear(&self) -> bool {
+        true
+    }
+
+    fn states(&self) -> usize {
+        1
+    }
+
+    fn state_rates(&self, deformation: Deformation, states: &[f64], rates: &mut [f64]) {
+        rates[0] = (deformation.depth_m - states[0]) / self.time_constant_s;
+    }
 }
 
 #[cfg(test)]
@@ -69,7 +116,9 @@ mod tests {
     #[test]
     fn the_stiffness_grows_by_the_same_part_for_every_doubling_of_the_speed() {
         let stiffness = |speed: f64| {
-            let peak = strike(Rig::impact(40e3), speed, 6.0, &["rate-stiffening:per_e_fold=0.06"]).truth().peak_n;
+            let peak = strike(Rig::impact(40e3), speed, 6.0, &["rate-stiffening:per_e_fold=0.06,memory_s=1000"])
+                .truth()
+                .peak_n;
             (peak / speed).powi(2) / 6.0
         };
         for speed in [0.05, 0.2, 0.6] {
@@ -77,11 +126,25 @@ mod tests {
         }
         near("doubling", stiffness(0.4) - stiffness(0.2), stiffness(0.2) - stiffness(0.1), 0.2);
         // With a pad it is the pad's.
-        let padded = strike(Rig::impact(25e3).with_pad(80e3), 0.6, 6.0, &["rate-stiffening:per_e_fold=0.06"]);
+        let padded =
+            strike(Rig::impact(25e3).with_pad(80e3), 0.6, 6.0, &["rate-stiffening:per_e_fold=0.06,memory_s=1000"]);
         let pad = 80e3 * (1.0 + 0.06 * 3.0_f64.ln());
         let ideal = 0.6 * (6.0 * Rig::impact(25e3).with_pad(pad).effective_stiffness_n_per_m()).sqrt();
         near("padded", padded.truth().peak_n, ideal, 1e-6 * ideal);
         let slow = strike_as(Rig::impact(40e3), Approach::new(1e-4, 6.0), &["rate-stiffening:per_e_fold=0.25"]);
         assert!(slow.truth().peak_n > 0.0);
+    }
+
+    /// To first order: of the energy a·t_c/τ is lost, half of that of the speed.
+    #[test]
+    fn what_the_pad_forgets_is_lost() {
+        for (stiffness, rig) in [(40e3, Rig::impact(40e3)), (20e3, Rig::impact(40e3).with_pad(40e3))] {
+            let effect = "rate-stiffening:per_e_fold=0.05,memory_s=0.5,reference_m_per_s=0.3";
+            let contact = strike(rig, 0.3, 6.0, &[effect]).truth().contacts[0];
+            let lasts_s = std::f64::consts::PI * (6.0_f64 / stiffness).sqrt();
+            // Half of what bends is the pad where there are springs behind it.
+            let share = stiffness / 40e3;
+            near("speed after", contact.speed_after_m_per_s, -0.3 * (1.0 - share * 0.05 * lasts_s / 0.5 / 2.0), 2e-5);
+        }
     }
 }
