@@ -1,8 +1,8 @@
 //! Where simulation and recordings differ: phase, band, recordings and conditions, with a p-value for having looked everywhere.
 //!
 //! ```text
-//!  before │ rise │ fall │ after      in each phase of each recording the whitened residual is compared with a few smooth
-//! ────────┼──╱───┼───╲──┼───────     forms and with bands of frequency; under the right model the mean square over
+//!  before │ rise │ fall │ after      in each phase the whitened residual is compared with a few smooth forms, bands of
+//! ────────┼──╱───┼───╲──┼───────     frequency and short stretches; under the right model the mean square over
 //!         contact peak  separation   q forms is to that over r forms of the quiet before contact as F with q, r
 //! ```
 //!
@@ -24,13 +24,15 @@ use super::problem::Problem;
 const FORMS: usize = 5;
 /// Bands of frequency within a phase: edges, Hz.
 const BANDS_HZ: [f64; 7] = [0.0, 40.0, 80.0, 160.0, 320.0, 640.0, 1500.0];
+/// Fewer samples of one recording's quiet tell nothing about its noise.
+const FEWEST_QUIET: usize = 12;
 /// More lines of a stretch are not looked at.
 const MOST_LINES: usize = 240;
 /// A place is told below this p.
 const SIGNIFICANT: f64 = 0.01;
 /// The force at which a contact of the model ends, over its peak.
 const SEPARATED: f64 = 0.005;
-/// Parts of a phase among which the shortest stretch is sought that holds most of its excess.
+/// Parts of a phase, each of which is looked at, and among which the shortest stretch is sought that holds most of the excess.
 const STRETCHES: usize = 20;
 /// How much of the excess that stretch holds.
 const MOST: f64 = 0.8;
@@ -122,6 +124,11 @@ impl Sum {
         Self { squares: line * line, forms: 1 }
     }
 
+    /// Mean square; 1 of nothing.
+    fn level(self) -> f64 {
+        if self.forms == 0 { 1.0 } else { self.squares / self.forms as f64 }
+    }
+
     fn excess(self) -> f64 {
         self.squares - self.forms as f64
     }
@@ -178,25 +185,27 @@ pub fn locate(problem: &Problem, fit: &Fit) -> Vec<Place> {
         bands[row].iter().for_each(|band| sum += *band);
         sum
     };
-    let (quiet, level) = (quiet_bands(problem), level(problem));
-    // Looked at: in each phase the smooth forms of all recordings together, of each alone, and the bands.
-    let looked = (Phase::ALL.len() * (1 + count + BANDS_HZ.len() - 1)) as f64;
+    let (quiet, level) = (Quiet::of(problem), level(problem));
+    // Looked at: in each phase the smooth forms of all recordings together, of each alone, the bands, and the parts.
+    let looked = (Phase::ALL.len() * (1 + count + BANDS_HZ.len() - 1 + STRETCHES)) as f64;
     let all_excess: f64 = (0..Phase::ALL.len()).map(|row| total(row).excess().max(0.0)).sum();
     let mut places = Vec::new();
     for (row, phase) in Phase::ALL.into_iter().enumerate() {
         let mut together = Sum::default();
         smooth[row].iter().for_each(|sum| together += *sum);
         let alone = smooth[row].iter().map(|sum| sum.p(level)).fold(1.0, f64::min);
-        let in_band = bands[row].iter().zip(&quiet).map(|(sum, quiet)| sum.p(*quiet)).fold(1.0, f64::min);
-        let p_value = (together.p(level).min(alone).min(in_band) * looked).min(1.0);
+        let in_band = bands[row].iter().zip(&quiet.bands).map(|(sum, quiet)| sum.p(*quiet)).fold(1.0, f64::min);
+        let stretches = Stretches::of(problem, fit, &courses, phase, &quiet);
+        let in_stretch =
+            stretches.parts.iter().zip(&stretches.quiet).map(|(sum, quiet)| sum.p(*quiet)).fold(1.0, f64::min);
+        let p_value = (together.p(level).min(alone).min(in_band).min(in_stretch) * looked).min(1.0);
         if p_value > SIGNIFICANT || !problem.is_beyond_noise(total(row).squares, total(row).forms) {
             continue;
         }
         let touched: Vec<usize> = touched(&smooth[row], together, level, looked);
-        let stretch = stretch(problem, fit, &courses, phase);
         places.push(Place {
             phase: phase.word(),
-            time_from_contact_s: stretch,
+            time_from_contact_s: stretches.shortest(),
             frequency_Hz: strongest_bands(&bands[row]),
             recordings: touched.iter().map(|number| problem.recordings[*number].name.clone()).collect(),
             depends_on: depends_on(problem, &signed[row], &smooth[row]),
@@ -256,21 +265,36 @@ fn level(problem: &Problem) -> Sum {
     Sum { squares: samples as f64, forms: samples }
 }
 
-/// What the quiet of all recordings has in the bands, of which a piece's mean is no part.
-fn quiet_bands(problem: &Problem) -> Bands {
-    let mut bands = Bands::default();
-    for recording in &problem.recordings {
-        let Some(quiet) = recording.quiet.first().filter(|quiet| !quiet.is_empty()) else { continue };
-        let mean = quiet.iter().sum::<f64>() / quiet.len() as f64;
-        let mut residual: Vec<f64> = quiet.iter().map(|value| value - mean).collect();
-        problem.channels[0].noise.whiten(&mut residual);
-        let times_s = &recording.times_s;
-        let step_s = (times_s[times_s.len() - 1] - times_s[0]) / (times_s.len() - 1) as f64;
-        for piece in residual.chunks(MOST_LINES).filter(|piece| piece.len() > FORMS) {
-            add_to_bands(&mut bands, &cosines(piece), 1, step_s * (piece.len() - 1) as f64);
+/// The quiet before contact, whitened and free of its mean.
+struct Quiet {
+    /// What all recordings have in the bands; a piece's mean is no part of it.
+    bands: Bands,
+    /// What each has over all frequencies; what all have where it is too short to tell.
+    each: Vec<Sum>,
+}
+
+impl Quiet {
+    fn of(problem: &Problem) -> Self {
+        let level = level(problem);
+        let mut quiet = Self { bands: Bands::default(), each: vec![level; problem.recordings.len()] };
+        for (recording, each) in problem.recordings.iter().zip(&mut quiet.each) {
+            let values = recording.quiet.first().map_or(&[][..], Vec::as_slice);
+            if values.len() < FEWEST_QUIET {
+                continue;
+            }
+            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            let mut residual: Vec<f64> = values.iter().map(|value| value - mean).collect();
+            problem.channels[0].noise.whiten(&mut residual);
+            let squares = residual.iter().map(|residual| residual * residual).sum();
+            *each = Sum { squares, forms: residual.len() - 1 };
+            let times_s = &recording.times_s;
+            let step_s = (times_s[times_s.len() - 1] - times_s[0]) / (times_s.len() - 1) as f64;
+            for piece in residual.chunks(MOST_LINES).filter(|piece| piece.len() > FORMS) {
+                add_to_bands(&mut quiet.bands, &cosines(piece), 1, step_s * (piece.len() - 1) as f64);
+            }
         }
+        quiet
     }
-    bands
 }
 
 /// Adds lines of a stretch that lasts so long to their bands, from this order on.
@@ -327,36 +351,63 @@ fn touched(smooth: &[Sum], together: Sum, level: Sum, looked: f64) -> Vec<usize>
     most
 }
 
-/// The shortest stretch of a phase, s from contact, that holds most of its excess over all recordings.
-fn stretch(problem: &Problem, fit: &Fit, courses: &[Course], phase: Phase) -> [f64; 2] {
-    let mut ends = (f64::INFINITY, f64::NEG_INFINITY);
-    let mut energy: Vec<(f64, f64)> = Vec::new();
-    for (number, recording) in problem.recordings.iter().enumerate() {
-        for (place, time) in recording.times_s.iter().enumerate() {
-            if courses[number].phase(*time) == phase {
-                let since = time - courses[number].contact_s;
-                ends = (ends.0.min(since), ends.1.max(since));
-                energy.push((since, fit.residuals[number][place].powi(2) - 1.0));
+/// A phase of all recordings together, cut into equal parts of time.
+struct Stretches {
+    /// Where the phase begins, s from contact.
+    from_s: f64,
+    /// How long a part is, s.
+    width_s: f64,
+    parts: [Sum; STRETCHES],
+    /// The quiet of the recordings that have samples there, each as strong as its samples count.
+    quiet: [Sum; STRETCHES],
+}
+
+impl Stretches {
+    fn of(problem: &Problem, fit: &Fit, courses: &[Course], phase: Phase, quiet: &Quiet) -> Self {
+        let mut ends = (f64::INFINITY, f64::NEG_INFINITY);
+        let mut residuals: Vec<(f64, f64, usize)> = Vec::new();
+        for (number, recording) in problem.recordings.iter().enumerate() {
+            for (place, time) in recording.times_s.iter().enumerate() {
+                if courses[number].phase(*time) == phase {
+                    let since = time - courses[number].contact_s;
+                    ends = (ends.0.min(since), ends.1.max(since));
+                    residuals.push((since, fit.residuals[number][place], number));
+                }
             }
         }
+        let width_s = (ends.1 - ends.0) / STRETCHES as f64;
+        let mut parts = [Sum::default(); STRETCHES];
+        let mut of_each = vec![[0; STRETCHES]; problem.recordings.len()];
+        for (since, residual, number) in residuals {
+            let part = (((since - ends.0) / width_s.max(1e-12)) as usize).min(STRETCHES - 1);
+            parts[part] += Sum::of(residual);
+            of_each[number][part] += 1;
+        }
+        let beside = |part: usize| {
+            let there = || of_each.iter().zip(&quiet.each).filter(|(samples, _)| samples[part] > 0);
+            let forms: usize = there().map(|(_, quiet)| quiet.forms).sum();
+            let noise: f64 = there().map(|(samples, quiet)| samples[part] as f64 * quiet.level()).sum();
+            Sum { squares: noise / parts[part].forms.max(1) as f64 * forms as f64, forms }
+        };
+        Self { from_s: ends.0, width_s, parts, quiet: std::array::from_fn(beside) }
     }
-    let width = (ends.1 - ends.0) / STRETCHES as f64;
-    let mut bins = [0.0; STRETCHES];
-    for (since, excess) in energy {
-        bins[(((since - ends.0) / width.max(1e-12)) as usize).min(STRETCHES - 1)] += excess;
-    }
-    let whole: f64 = bins.iter().map(|bin| bin.max(0.0)).sum();
-    let mut best = (0, STRETCHES);
-    for from in 0..STRETCHES {
-        let mut held = 0.0;
-        for to in from + 1..=STRETCHES {
-            held += bins[to - 1].max(0.0);
-            if held >= MOST * whole && to - from < best.1 - best.0 {
-                best = (from, to);
+
+    /// The shortest of them, s from contact, that holds most of the excess.
+    fn shortest(&self) -> [f64; 2] {
+        let excess = |part: &Sum| part.excess().max(0.0);
+        let whole: f64 = self.parts.iter().map(excess).sum();
+        let mut best = (0, STRETCHES);
+        for from in 0..STRETCHES {
+            let mut held = 0.0;
+            for to in from + 1..=STRETCHES {
+                held += excess(&self.parts[to - 1]);
+                if held >= MOST * whole && to - from < best.1 - best.0 {
+                    best = (from, to);
+                }
             }
         }
+        [best.0, best.1].map(|part| self.from_s + part as f64 * self.width_s)
     }
-    [ends.0 + best.0 as f64 * width, ends.0 + best.1 as f64 * width]
 }
 
 /// The band, Hz, from the lowest to the highest of those that hold most of the excess.
