@@ -21,7 +21,7 @@ const LONGEST: u64 = 300_000;
 /// Says which step failed.
 pub fn run() -> Result<(), String> {
     let folder = step::root().join("docs/proof");
-    let run = step::root().join("target/stories");
+    let run = step::root().join("target/stories").join(SEED);
     std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let thud = ["run", "--release", "-p", "thud", "--bin", "thud", "--"];
     let mut prove = step::cargo(&thud);

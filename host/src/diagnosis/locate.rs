@@ -13,6 +13,8 @@
 //! The residual is that of the re-tuned baseline, or of any other fit. p-values are Bonferroni's: multiplied by the number of places
 //! looked at.
 
+use std::ops::Range;
+
 use statrs::distribution::{ChiSquared, ContinuousCDF as _, FisherSnedecor};
 
 use super::answer::Place;
@@ -195,17 +197,23 @@ pub fn locate(problem: &Problem, fit: &Fit) -> Vec<Place> {
         smooth[row].iter().for_each(|sum| together += *sum);
         let alone = smooth[row].iter().map(|sum| sum.p(level)).fold(1.0, f64::min);
         let in_band = bands[row].iter().zip(&quiet.bands).map(|(sum, quiet)| sum.p(*quiet)).fold(1.0, f64::min);
-        let stretches = Stretches::of(problem, fit, &courses, phase, &quiet);
-        let in_stretch =
-            stretches.parts.iter().zip(&stretches.quiet).map(|(sum, quiet)| sum.p(*quiet)).fold(1.0, f64::min);
+        let stretches = Stretches::of(problem, fit, &courses, phase);
+        let in_stretch = (0..STRETCHES).map(|part| stretches.p(part, &quiet)).fold(1.0, f64::min);
         let p_value = (together.p(level).min(alone).min(in_band).min(in_stretch) * looked).min(1.0);
         if p_value > SIGNIFICANT || !problem.is_beyond_noise(total(row).squares, total(row).forms) {
             continue;
         }
-        let touched: Vec<usize> = touched(&smooth[row], together, level, looked);
+        let shortest = stretches.shortest();
+        // The recordings in which the residual is significant by itself.
+        let speaks = |number: &usize| {
+            let p = smooth[row][*number].p(level).min(stretches.within(&shortest, *number).p(quiet.each[*number]));
+            p * looked < SIGNIFICANT
+        };
+        let speaking: Vec<usize> = (0..count).filter(speaks).collect();
+        let touched = if speaking.is_empty() { fullest(&smooth[row], together) } else { speaking };
         places.push(Place {
             phase: phase.word(),
-            time_from_contact_s: stretches.shortest(),
+            time_from_contact_s: stretches.ends_s(&shortest),
             frequency_Hz: strongest_bands(&bands[row]),
             recordings: touched.iter().map(|number| problem.recordings[*number].name.clone()).collect(),
             depends_on: depends_on(problem, &signed[row], &smooth[row]),
@@ -329,13 +337,8 @@ fn cosines(values: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// The recordings in which the residual is significant by itself; if none is, those that hold most of the excess.
-fn touched(smooth: &[Sum], together: Sum, level: Sum, looked: f64) -> Vec<usize> {
-    let alone: Vec<usize> =
-        (0..smooth.len()).filter(|number| smooth[*number].p(level) * looked < SIGNIFICANT).collect();
-    if !alone.is_empty() {
-        return alone;
-    }
+/// The recordings that hold most of the excess over the smooth forms.
+fn fullest(smooth: &[Sum], together: Sum) -> Vec<usize> {
     let mut order: Vec<usize> = (0..smooth.len()).collect();
     order.sort_by(|a, b| smooth[*b].excess().total_cmp(&smooth[*a].excess()));
     let mut held = 0.0;
@@ -351,19 +354,18 @@ fn touched(smooth: &[Sum], together: Sum, level: Sum, looked: f64) -> Vec<usize>
     most
 }
 
-/// A phase of all recordings together, cut into equal parts of time.
+/// A phase, cut into equal parts of time.
 struct Stretches {
     /// Where the phase begins, s from contact.
     from_s: f64,
     /// How long a part is, s.
     width_s: f64,
-    parts: [Sum; STRETCHES],
-    /// The quiet of the recordings that have samples there, each as strong as its samples count.
-    quiet: [Sum; STRETCHES],
+    /// What each recording has in them.
+    each: Vec<[Sum; STRETCHES]>,
 }
 
 impl Stretches {
-    fn of(problem: &Problem, fit: &Fit, courses: &[Course], phase: Phase, quiet: &Quiet) -> Self {
+    fn of(problem: &Problem, fit: &Fit, courses: &[Course], phase: Phase) -> Self {
         let mut ends = (f64::INFINITY, f64::NEG_INFINITY);
         let mut residuals: Vec<(f64, f64, usize)> = Vec::new();
         for (number, recording) in problem.recordings.iter().enumerate() {
@@ -376,37 +378,57 @@ impl Stretches {
             }
         }
         let width_s = (ends.1 - ends.0) / STRETCHES as f64;
-        let mut parts = [Sum::default(); STRETCHES];
-        let mut of_each = vec![[0; STRETCHES]; problem.recordings.len()];
+        let mut each = vec![[Sum::default(); STRETCHES]; problem.recordings.len()];
         for (since, residual, number) in residuals {
-            let part = (((since - ends.0) / width_s.max(1e-12)) as usize).min(STRETCHES - 1);
-            parts[part] += Sum::of(residual);
-            of_each[number][part] += 1;
+            let part = ((since - ends.0) / width_s.max(1e-12)) as usize;
+            each[number][part.min(STRETCHES - 1)] += Sum::of(residual);
         }
-        let beside = |part: usize| {
-            let there = || of_each.iter().zip(&quiet.each).filter(|(samples, _)| samples[part] > 0);
-            let forms: usize = there().map(|(_, quiet)| quiet.forms).sum();
-            let noise: f64 = there().map(|(samples, quiet)| samples[part] as f64 * quiet.level()).sum();
-            Sum { squares: noise / parts[part].forms.max(1) as f64 * forms as f64, forms }
-        };
-        Self { from_s: ends.0, width_s, parts, quiet: std::array::from_fn(beside) }
+        Self { from_s: ends.0, width_s, each }
     }
 
-    /// The shortest of them, s from contact, that holds most of the excess.
-    fn shortest(&self) -> [f64; 2] {
-        let excess = |part: &Sum| part.excess().max(0.0);
-        let whole: f64 = self.parts.iter().map(excess).sum();
-        let mut best = (0, STRETCHES);
+    /// One part of all recordings.
+    fn part(&self, part: usize) -> Sum {
+        let mut sum = Sum::default();
+        self.each.iter().for_each(|parts| sum += parts[part]);
+        sum
+    }
+
+    /// The probability of what is in a part, beside the quiet of the recordings that have samples there, each as strong as they count.
+    fn p(&self, part: usize, quiet: &Quiet) -> f64 {
+        let there = || self.each.iter().zip(&quiet.each).filter(|(parts, _)| parts[part].forms > 0);
+        let forms: usize = there().map(|(_, quiet)| quiet.forms).sum();
+        let noise: f64 = there().map(|(parts, quiet)| parts[part].forms as f64 * quiet.level()).sum();
+        let sum = self.part(part);
+        sum.p(Sum { squares: noise / sum.forms.max(1) as f64 * forms as f64, forms })
+    }
+
+    /// The shortest row of parts that holds most of the excess.
+    fn shortest(&self) -> Range<usize> {
+        let excess: [f64; STRETCHES] = std::array::from_fn(|part| self.part(part).excess().max(0.0));
+        let whole: f64 = excess.iter().sum();
+        let mut best = 0..STRETCHES;
         for from in 0..STRETCHES {
             let mut held = 0.0;
             for to in from + 1..=STRETCHES {
-                held += excess(&self.parts[to - 1]);
-                if held >= MOST * whole && to - from < best.1 - best.0 {
-                    best = (from, to);
+                held += excess[to - 1];
+                if held >= MOST * whole && to - from < best.len() {
+                    best = from..to;
                 }
             }
         }
-        [best.0, best.1].map(|part| self.from_s + part as f64 * self.width_s)
+        best
+    }
+
+    /// What one recording has in a row of parts.
+    fn within(&self, row: &Range<usize>, recording: usize) -> Sum {
+        let mut sum = Sum::default();
+        self.each[recording][row.clone()].iter().for_each(|part| sum += *part);
+        sum
+    }
+
+    /// A row of parts, s from contact.
+    fn ends_s(&self, row: &Range<usize>) -> [f64; 2] {
+        [row.start, row.end].map(|part| self.from_s + part as f64 * self.width_s)
     }
 }
 
