@@ -46,23 +46,28 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    assembly.contact_laws.push(Box::new(Branch { ratio: effect.value(0), time_constant_s: effect.value(1) }));
+    let branch = Branch { ratio: effect.value(0), time_constant_s: effect.value(1), at_once: 1.0 };
+    assembly.contact_laws.push(Box::new(branch));
 }
 
+/// A spring and a dashpot in series.
 #[derive(Debug)]
-struct Branch {
-    ratio: f64,
-    time_constant_s: f64,
+pub(super) struct Branch {
+    /// Stiffness over that of the element.
+    pub(super) ratio: f64,
+    /// Relaxation time, s.
+    pub(super) time_constant_s: f64,
+    /// How much of its stiffness a sudden compression meets here: 1 where it stands beside the element's own, 0 where that holds it already.
+    pub(super) at_once: f64,
 }
 
 impl ForceLaw for Branch {
     fn respond(&self, deformation: Deformation, _elastic: Response, states: &[f64]) -> Response {
-        let stretch_m = deformation.depth_m - states[0];
         let stiffness_n_per_m = self.ratio * deformation.linear_n_per_m;
         Response {
-            force_n: stiffness_n_per_m * stretch_m,
-            stiffness_n_per_m,
-            drift_n_per_s: -stiffness_n_per_m * stretch_m / self.time_constant_s,
+            force_n: stiffness_n_per_m * (self.at_once * deformation.depth_m - states[0]),
+            stiffness_n_per_m: self.at_once * stiffness_n_per_m,
+            drift_n_per_s: -stiffness_n_per_m * (deformation.depth_m - states[0]) / self.time_constant_s,
             ..Response::default()
         }
     }

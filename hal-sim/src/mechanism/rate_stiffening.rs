@@ -13,8 +13,9 @@
 //! Source: logarithmic rate law of rubber and foam in drop tests; a 0.02 to 0.1 per factor e. Equivalence of rate and time in
 //! relaxation: J. D. Ferry, Viscoelastic Properties of Polymers (1980), ch. 3.
 
+use super::pad_relaxation::Branch;
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
-use crate::rig::{Assembly, Deformation, ForceLaw, Response};
+use crate::rig::Assembly;
 
 /// No pad softens below this part of its stiffness: a logarithm has no bottom.
 const SOFTEST: f64 = 0.1;
@@ -74,37 +75,8 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
     let (per_e_fold, memory_s) = (effect.value(0), effect.value(1));
     let element = assembly.pad.as_mut().unwrap_or(&mut assembly.spring);
     element.stiffness_n_per_m *= (1.0 + per_e_fold * (speed / effect.value(2)).ln()).max(SOFTEST);
-    assembly.contact_laws.push(Box::new(Forgetting { ratio: per_e_fold, time_constant_s: memory_s }));
-}
-
-/// What has been forgotten of the stiffness: no part of it at first, a factor e of the speed in the end.
-#[derive(Debug)]
-struct Forgetting {
-    ratio: f64,
-    time_constant_s: f64,
-}
-
-impl ForceLaw for Forgetting {
-    fn respond(&self, deformation: Deformation, _elastic: Response, states: &[f64]) -> Response {
-        let stiffness_n_per_m = self.ratio * deformation.linear_n_per_m;
-        Response {
-            force_n: -stiffness_n_per_m * states[0],
-            drift_n_per_s: -stiffness_n_per_m * (deformation.depth_m - states[0]) / self.time_constant_s,
-            ..Response::default()
-        }
-    }
-
-    fn is_linear(&self) -> bool {
-        true
-    }
-
-    fn states(&self) -> usize {
-        1
-    }
-
-    fn state_rates(&self, deformation: Deformation, states: &[f64], rates: &mut [f64]) {
-        rates[0] = (deformation.depth_m - states[0]) / self.time_constant_s;
-    }
+    // No part of it has been forgotten at first, a factor e of the speed in the end.
+    assembly.contact_laws.push(Box::new(Branch { ratio: per_e_fold, time_constant_s: memory_s, at_once: 0.0 }));
 }
 
 #[cfg(test)]

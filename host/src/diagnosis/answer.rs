@@ -177,11 +177,11 @@ impl Answer {
 /// What is left beyond the chosen model. The map's gain on recordings left out is known at the thinned samples, where the noise is less; the
 /// noise itself it cannot lower, so that the same mean square goes off at the full rate.
 fn unexplained(diagnosis: &Diagnosis, held_out_rmse: f64) -> Unexplained {
-    let selection = &diagnosis.selection;
-    let places = locate(&diagnosis.problem, &selection.best.fit);
     let Some(map) = &diagnosis.map else {
         return Unexplained { held_out_rmse, ..Unexplained::default() };
     };
+    let selection = &diagnosis.selection;
+    let places = locate(&diagnosis.problem, &selection.best.fit);
     let (without, with) = map.held_out_square;
     let lower = (held_out_rmse.powi(2) - (without - with)).max(0.0).sqrt();
     let mut depends_on: Vec<&'static str> = places.iter().flat_map(|place| place.depends_on.clone()).collect();

@@ -155,6 +155,15 @@ impl std::ops::AddAssign for Sum {
     }
 }
 
+impl std::iter::Sum for Sum {
+    fn sum<I: Iterator<Item = Self>>(sums: I) -> Self {
+        sums.fold(Self::default(), |mut whole, sum| {
+            whole += sum;
+            whole
+        })
+    }
+}
+
 /// A sum for each band.
 type Bands = [Sum; BANDS_HZ.len() - 1];
 
@@ -177,24 +186,19 @@ pub fn locate(problem: &Problem, fit: &Fit) -> Vec<Place> {
                 continue;
             }
             let lines = cosines(&fit.residuals[number][first..=last]);
-            lines.iter().take(FORMS).for_each(|line| smooth[row][number] += Sum::of(*line));
+            smooth[row][number] = lines.iter().take(FORMS).copied().map(Sum::of).sum();
             add_to_bands(&mut bands[row], &lines, 0, recording.times_s[last] - recording.times_s[first]);
             signed[row][number] = lines.iter().take(2).sum();
         }
     }
-    let total = |row: usize| -> Sum {
-        let mut sum = Sum::default();
-        bands[row].iter().for_each(|band| sum += *band);
-        sum
-    };
+    let total = |row: usize| -> Sum { bands[row].iter().copied().sum() };
     let (quiet, level) = (Quiet::of(problem), level(problem));
     // Looked at: in each phase the smooth forms of all recordings together, of each alone, the bands, and the parts.
     let looked = (Phase::ALL.len() * (1 + count + BANDS_HZ.len() - 1 + STRETCHES)) as f64;
     let all_excess: f64 = (0..Phase::ALL.len()).map(|row| total(row).excess().max(0.0)).sum();
     let mut places = Vec::new();
     for (row, phase) in Phase::ALL.into_iter().enumerate() {
-        let mut together = Sum::default();
-        smooth[row].iter().for_each(|sum| together += *sum);
+        let together: Sum = smooth[row].iter().copied().sum();
         let alone = smooth[row].iter().map(|sum| sum.p(level)).fold(1.0, f64::min);
         let in_band = bands[row].iter().zip(&quiet.bands).map(|(sum, quiet)| sum.p(*quiet)).fold(1.0, f64::min);
         let stretches = Stretches::of(problem, fit, &courses, phase);
@@ -255,8 +259,7 @@ pub fn alone(problem: &Problem, fit: &Fit) -> Alone {
             if residual.len() < 2 * FORMS || !problem.is_beyond_noise(squares, residual.len()) {
                 continue;
             }
-            let squares: f64 = cosines(&residual).iter().take(FORMS).map(|line| line * line).sum();
-            let sum = Sum { squares, forms: FORMS };
+            let sum: Sum = cosines(&residual).into_iter().take(FORMS).map(Sum::of).sum();
             if sum.excess() > most.excess {
                 let looked = (Phase::ALL.len() * problem.recordings.len()) as f64;
                 let p_value = (sum.p(level) * looked).min(1.0);
@@ -388,9 +391,7 @@ impl Stretches {
 
     /// One part of all recordings.
     fn part(&self, part: usize) -> Sum {
-        let mut sum = Sum::default();
-        self.each.iter().for_each(|parts| sum += parts[part]);
-        sum
+        self.each.iter().map(|parts| parts[part]).sum()
     }
 
     /// The probability of what is in a part, beside the quiet of the recordings that have samples there, each as strong as they count.
@@ -421,9 +422,7 @@ impl Stretches {
 
     /// What one recording has in a row of parts.
     fn within(&self, row: &Range<usize>, recording: usize) -> Sum {
-        let mut sum = Sum::default();
-        self.each[recording][row.clone()].iter().for_each(|part| sum += *part);
-        sum
+        self.each[recording][row.clone()].iter().copied().sum()
     }
 
     /// A row of parts, s from contact.
