@@ -223,6 +223,7 @@ fn separation(
             times_s: times_s.clone(),
             series,
             quiet: Vec::new(),
+            noise: pattern.noise.clone(),
             mean_of_s2: pattern.mean_of_s2,
             sample_s: pattern.sample_s,
             speed: crate::campaign::Estimate::new(

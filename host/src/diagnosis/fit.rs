@@ -336,7 +336,7 @@ impl Fit {
             if column.iter().any(|value| !value.is_finite()) {
                 return None;
             }
-            whiten(problem, &mut column);
+            problem.recordings[recording].whiten(&mut column);
             Some(column)
         };
         let difference = |moved: &Point, step: f64, role: Role| {
@@ -390,7 +390,7 @@ impl Fit {
                     let later = predict::read(problem, layout, &self.point, recording, impact, step);
                     let sooner = predict::read(problem, layout, &self.point, recording, impact, -step);
                     let mut column: Vec<f64> = later.iter().zip(&sooner).map(|(a, b)| (a - b) / (2.0 * step)).collect();
-                    whiten(problem, &mut column);
+                    problem.recordings[recording].whiten(&mut column);
                     column
                 }
                 Role::Repeat if body.is_some() => global.column(body.unwrap_or(0)).iter().copied().collect(),
@@ -398,7 +398,7 @@ impl Fit {
                     let samples = rows / problem.channels.len();
                     let mut column = vec![0.0; rows];
                     column[channel * samples..(channel + 1) * samples].fill(1.0);
-                    whiten(problem, &mut column);
+                    problem.recordings[recording].whiten(&mut column);
                     column
                 }
                 Role::Mechanism { entrant, .. }
@@ -543,18 +543,10 @@ fn stepped(
     difference(forward).or_else(|| difference(-forward))
 }
 
-/// Whitens a column that holds all series of a recording.
-pub fn whiten(problem: &Problem, column: &mut [f64]) {
-    let samples = column.len() / problem.channels.len();
-    for (channel, series) in problem.channels.iter().zip(column.chunks_mut(samples.max(1))) {
-        channel.noise.whiten(series);
-    }
-}
-
 fn whitened_residual(problem: &Problem, recording: usize, model: &[f64]) -> Vec<f64> {
     let observed = problem.recordings[recording].series.iter().flatten();
     let mut residual: Vec<f64> = observed.zip(model).map(|(observed, model)| observed - model).collect();
-    whiten(problem, &mut residual);
+    problem.recordings[recording].whiten(&mut residual);
     residual
 }
 

@@ -270,9 +270,9 @@ pub fn alone(problem: &Problem, fit: &Fit) -> Alone {
     most
 }
 
-/// The strength of the noise over all frequencies, as the quiet shows it.
+/// The strength of the noise over all frequencies, as the quiet shows it: where it is known least.
 fn level(problem: &Problem) -> Sum {
-    let samples = problem.channels[0].noise.samples();
+    let samples = problem.recordings.iter().map(|recording| recording.noise[0].samples()).min().unwrap_or(0);
     Sum { squares: samples as f64, forms: samples }
 }
 
@@ -295,7 +295,7 @@ impl Quiet {
             }
             let mean = values.iter().sum::<f64>() / values.len() as f64;
             let mut residual: Vec<f64> = values.iter().map(|value| value - mean).collect();
-            problem.channels[0].noise.whiten(&mut residual);
+            recording.noise[0].whiten(&mut residual);
             let squares = residual.iter().map(|residual| residual * residual).sum();
             *each = Sum { squares, forms: residual.len() - 1 };
             let times_s = &recording.times_s;

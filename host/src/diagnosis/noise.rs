@@ -39,13 +39,13 @@ impl Noise {
     /// Fitted to quiet stretches of evenly spaced samples; `coloured` is whether an order above zero may be used.
     /// `None` where there are too few samples to tell even the strength.
     #[must_use]
-    pub fn of_quiet(stretches: &[&[f64]], coloured: bool) -> Option<Self> {
+    pub fn of_quiet(stretches: &[impl AsRef<[f64]>], coloured: bool) -> Option<Self> {
         let mut covariance = [0.0; ORDER + 1];
         let mut samples = 0;
-        for stretch in stretches.iter().filter(|stretch| stretch.len() > 2 * ORDER) {
+        for stretch in stretches.iter().map(AsRef::as_ref).filter(|stretch| stretch.len() > 2 * ORDER) {
             let mean = stretch.iter().sum::<f64>() / stretch.len() as f64;
             for (lag, sum) in covariance.iter_mut().enumerate() {
-                *sum += stretch[lag..].iter().zip(*stretch).map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>();
+                *sum += stretch[lag..].iter().zip(stretch).map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>();
             }
             // The mean has taken one degree of freedom.
             samples += stretch.len() - 1;

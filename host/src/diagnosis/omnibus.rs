@@ -7,7 +7,7 @@
 use nalgebra::DVector;
 
 use super::conditions::weights;
-use super::fit::{Fit, Tangent, whiten};
+use super::fit::{Fit, Tangent};
 use super::problem::Problem;
 
 /// Sines over the contact time.
@@ -119,18 +119,14 @@ fn form(problem: &Problem, fit: &Fit, weights: &[f64], shape: impl Fn(f64, f64) 
             let last_s = recording.times_s[recording.times_s.len() - 1];
             let mut values: Vec<f64> = Vec::with_capacity(recording.rows());
             for channel in 0..problem.channels.len() {
-                let size = if channel == 0 {
-                    1.0
-                } else {
-                    problem.channels[channel].noise.rms() / problem.channels[0].noise.rms()
-                };
+                let size = if channel == 0 { 1.0 } else { recording.noise[channel].rms() / recording.noise[0].rms() };
                 values.extend(recording.times_s.iter().map(|time| {
                     let along = (time - from_s) / (to_s - from_s);
                     let tail = ((time - to_s) / (last_s - to_s).max(1e-9)).clamp(0.0, 1.0);
                     size * weights[number] * shape(along, tail)
                 }));
             }
-            whiten(problem, &mut values);
+            recording.whiten(&mut values);
             values
         })
         .collect()

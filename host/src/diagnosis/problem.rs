@@ -27,6 +27,8 @@ const FEWEST_PER_CONTACT: f64 = 8.0;
 const GUARD: f64 = 0.05;
 /// A beginning whose values scatter by more than this times the noise is not at rest.
 const LIVELIEST: f64 = 3.0;
+/// Samples whose times between them differ by no more than this part of them are of one rate.
+const RATE_TOLERANCE: f64 = 0.1;
 /// The median size of a Gaussian, in its deviation.
 const GAUSSIAN_MEDIAN: f64 = 0.6745;
 /// The most samples of a recording that are fitted.
@@ -37,7 +39,7 @@ const MOST_SAMPLES: usize = 4_000;
 pub struct Problem {
     /// What is believed of the rig.
     pub rig: Rig,
-    /// What of the rig's motion each series shows, with its noise.
+    /// What of the rig's motion each series shows.
     pub channels: Vec<ChannelModel>,
     /// The recordings, in the order in which they were made.
     pub recordings: Vec<Prepared>,
@@ -56,8 +58,6 @@ pub struct ChannelModel {
     pub quantity: Quantity,
     /// 1, or −1 where the channel counts the other way round.
     pub sign: f64,
-    /// Its noise.
-    pub noise: Noise,
 }
 
 /// A recording, ready to be fitted.
@@ -73,6 +73,8 @@ pub struct Prepared {
     pub series: Vec<Vec<f64>>,
     /// What each channel shows before contact, means over as many samples as the series'; empty in a fall.
     pub quiet: Vec<Vec<f64>>,
+    /// The noise of each channel, in means over as many samples as the series'.
+    pub noise: Vec<Noise>,
     /// (n² − 1)·Δt²/24 for means over n samples: a mean is the value in the middle plus this times the curvature, s².
     pub mean_of_s2: f64,
     /// Time between two samples of the converter, s.
@@ -122,6 +124,13 @@ impl Prepared {
     pub fn rows(&self) -> usize {
         self.series.len() * self.times_s.len()
     }
+
+    /// Whitens, in place, a column that holds a value for each of the fitted ones.
+    pub fn whiten(&self, column: &mut [f64]) {
+        for (noise, series) in self.noise.iter().zip(column.chunks_mut(self.times_s.len().max(1))) {
+            noise.whiten(series);
+        }
+    }
 }
 
 impl Problem {
@@ -140,7 +149,7 @@ impl Problem {
             _ => recording.times_s.partition_point(|time| *time < recording.contact_guess_s).max(1),
         };
         let mut constant = vec![1.0; quiet];
-        self.channels[channel].noise.whiten(&mut constant);
+        recording.noise[channel].whiten(&mut constant);
         1.0 / constant.iter().map(|value| value * value).sum::<f64>().sqrt()
     }
 
@@ -150,7 +159,7 @@ impl Problem {
         let seen: Vec<f64> = self.recordings.iter().filter_map(|recording| recording.raw.quiet_rms).collect();
         // A quantiser that swallows the noise shows none.
         if seen.iter().all(|rms| *rms == 0.0) {
-            return self.channels[0].noise.rms();
+            return self.recordings[0].noise[0].rms();
         }
         (seen.iter().map(|rms| rms * rms).sum::<f64>() / seen.len() as f64).sqrt()
     }
@@ -158,7 +167,7 @@ impl Problem {
     /// Whether squares of whitened residuals of any channel can be more than noise, however they go together.
     #[must_use]
     pub fn is_beyond_noise(&self, squares: f64, count: usize) -> bool {
-        self.channels.iter().any(|channel| channel.noise.is_exceeded(squares, count))
+        self.recordings.iter().flat_map(|recording| &recording.noise).any(|noise| noise.is_exceeded(squares, count))
     }
 
     /// Whether there is a rig with springs.
@@ -189,6 +198,7 @@ impl Problem {
             .map(|convention| convention.quantity == Quantity::Position && campaign.rig.kind != RigKind::Fall)
             .collect();
         let mut prepared = Vec::new();
+        let mut rests = Vec::new();
         let mut rebounds = 0;
         let mut all_even = true;
         for (order, (entry, recording)) in campaign.recordings.iter().zip(&loaded.recordings).enumerate() {
@@ -237,7 +247,8 @@ impl Problem {
                 file,
                 times_s: thinned.times_s,
                 series: thinned.series,
-                quiet: thinned.quiet,
+                quiet: thinned.rest.means(thinned.rest.averaged),
+                noise: Vec::new(),
                 mean_of_s2: thinned.mean_of_s2,
                 sample_s: raw.interval_s,
                 speed: entry.impact_speed_m_per_s,
@@ -253,6 +264,7 @@ impl Problem {
                     quiet_rms: thinned.quiet_rms,
                 },
             });
+            rests.push(thinned.rest);
         }
         if prepared.is_empty() {
             return Err(DiagnosisError::Nothing);
@@ -267,30 +279,74 @@ impl Problem {
         if thinned_by < 20 {
             return Err(DiagnosisError::TooFewSamples { most: thinned_by });
         }
+        for (number, column) in columns.iter().enumerate() {
+            let noises = noises(&rests, number, all_even).unwrap_or_else(|| {
+                let stated = if number == 0 { campaign.chain.noise_rms } else { 0.0 };
+                let seen = scatter(&prepared, number);
+                // What is stated and does not scatter from sample to sample may be slow.
+                let quick = third_differences(prepared.iter().map(|recording| recording.raw.values.as_slice()));
+                let slow = (stated.powi(2) - quick.powi(2)).max(0.0).sqrt();
+                let taken = stated.max(seen).max(quantum(&prepared, number) / 12.0_f64.sqrt());
+                notes.push(Note::general(&format!(
+                    "{column}: too little quiet before contact to see the noise; taken as white, {taken:.3} rms (stated {stated}, scatter from sample to sample {seen:.3}). Begin recordings 50 ms before contact"
+                )));
+                let taken = if taken > 0.0 { taken } else { spread(&prepared, number) * 1e-3 };
+                vec![Noise::unseen(taken, seen.hypot(slow)); prepared.len()]
+            });
+            prepared.iter_mut().zip(noises).for_each(|(recording, noise)| recording.noise.push(noise));
+        }
         let channels = columns
             .iter()
-            .enumerate()
-            .map(|(number, column)| {
-                let slices: Vec<&[f64]> = prepared.iter().map(|recording| recording.quiet[number].as_slice()).collect();
-                let stated = if number == 0 { campaign.chain.noise_rms } else { 0.0 };
-                let noise = Noise::of_quiet(&slices, all_even).unwrap_or_else(|| {
-                    let seen = scatter(&prepared, number);
-                    // What is stated and does not scatter from sample to sample may be slow.
-                    let quick = third_differences(prepared.iter().map(|recording| recording.raw.values.as_slice()));
-                    let slow = (stated.powi(2) - quick.powi(2)).max(0.0).sqrt();
-                    let taken = stated.max(seen).max(quantum(&prepared, number) / 12.0_f64.sqrt());
-                    notes.push(Note::general(&format!(
-                        "{column}: too little quiet before contact to see the noise; taken as white, {taken:.3} rms (stated {stated}, scatter from sample to sample {seen:.3}). Begin recordings 50 ms before contact"
-                    )));
-                    Noise::unseen(if taken > 0.0 { taken } else { spread(&prepared, number) * 1e-3 }, seen.hypot(slow))
-                });
-                let Convention { quantity, sign } = conventions[number];
-                ChannelModel { column: column.clone(), quantity, sign, noise }
+            .zip(&conventions)
+            .map(|(column, Convention { quantity, sign })| ChannelModel {
+                column: column.clone(),
+                quantity: *quantity,
+                sign: *sign,
             })
             .collect();
         let mass_sd = mass_sd.into_iter().map(|(sum, count)| sum / count.max(1) as f64).collect();
         Ok(Self { rig: campaign.rig.clone(), channels, recordings: prepared, configurations, mass_sd })
     }
+}
+
+/// What a recording shows before contact, as the converter gave it.
+struct Rest {
+    /// One series for each channel; empty in a fall.
+    channels: Vec<Vec<f64>>,
+    /// Time between two samples, s.
+    interval_s: f64,
+    /// How many samples are averaged into a fitted one.
+    averaged: usize,
+}
+
+impl Rest {
+    /// Means over so many samples, for each channel.
+    fn means(&self, over: usize) -> Vec<Vec<f64>> {
+        let mean = |block: &[f64]| block.iter().sum::<f64>() / over as f64;
+        self.channels.iter().map(|channel| channel.chunks_exact(over).map(mean).collect()).collect()
+    }
+
+    fn is_as_quick_as(&self, other: &Self) -> bool {
+        (self.interval_s / other.interval_s - 1.0).abs() < RATE_TOLERANCE
+    }
+}
+
+/// A channel's noise in each recording. Means over more samples are less noisy and otherwise coloured, so that those of one length have
+/// their model, from the rest of all recordings of that rate; where these are too few, what all show together stands for it. `None`
+/// where all are too few.
+fn noises(rests: &[Rest], channel: usize, coloured: bool) -> Option<Vec<Noise>> {
+    let of = |stretches: Vec<Vec<f64>>| Noise::of_quiet(&stretches, coloured);
+    let together = of(rests.iter().map(|rest| rest.means(rest.averaged).swap_remove(channel)).collect())?;
+    let mut noises: Vec<Noise> = Vec::new();
+    for (number, rest) in rests.iter().enumerate() {
+        let alike = |other: &&Rest| rest.is_as_quick_as(other);
+        let known = rests[..number].iter().position(|other| alike(&other) && other.averaged == rest.averaged);
+        noises.push(known.map(|known| noises[known].clone()).unwrap_or_else(|| {
+            let stretches = rests.iter().filter(alike).map(|other| other.means(rest.averaged).swap_remove(channel));
+            of(stretches.collect()).unwrap_or_else(|| together.clone())
+        }));
+    }
+    Some(noises)
 }
 
 /// Noise as the scatter of neighbouring samples shows it, over all recordings.
@@ -368,7 +424,7 @@ struct Thinned {
     kept: usize,
     times_s: Vec<f64>,
     series: Vec<Vec<f64>>,
-    quiet: Vec<Vec<f64>>,
+    rest: Rest,
     offset_guess: Vec<f64>,
     contact_guess_s: f64,
     mean_of_s2: f64,
@@ -415,8 +471,6 @@ impl Raw<'_> {
         };
         let blocks: Vec<usize> = blocks.into_iter().filter(whole).collect();
         let mean = |values: &[f64], start: usize| values[start..start + n].iter().sum::<f64>() / n as f64;
-        // Noise is taken from all of the quiet time, in blocks of the same length.
-        let quiet_blocks: Vec<usize> = (0..quiet_end).step_by(n).filter(|start| start + n <= quiet_end).collect();
         Some(Thinned {
             kept: last,
             times_s: blocks.iter().map(|start| mean(self.times_s, *start)).collect(),
@@ -425,11 +479,6 @@ impl Raw<'_> {
                 .iter()
                 .map(|channel| blocks.iter().map(|start| mean(channel, *start)).collect())
                 .collect(),
-            quiet: if fall {
-                self.channels.iter().map(|_| Vec::new()).collect()
-            } else {
-                rests.iter().map(|rest| quiet_blocks.iter().map(|start| mean(rest, *start)).collect()).collect()
-            },
             contact_guess_s,
             mean_of_s2: ((n * n - 1) as f64) * self.interval_s * self.interval_s / 24.0,
             quiet_rms: (quiet_end >= 12 && !fall).then(|| {
@@ -438,6 +487,12 @@ impl Raw<'_> {
                     .sqrt()
             }),
             offset_guess: if fall { self.channels.iter().map(|channel| channel[0]).collect() } else { offset_guess },
+            rest: Rest {
+                // Noise is taken from all of the quiet time.
+                channels: if fall { vec![Vec::new(); rests.len()] } else { rests },
+                interval_s: self.interval_s,
+                averaged: n,
+            },
             even,
             too_slow: (!fall && per_contact < FEWEST_PER_CONTACT).then_some(per_contact),
         })
@@ -445,7 +500,7 @@ impl Raw<'_> {
 
     fn is_even(&self) -> bool {
         let steps = self.times_s.windows(2).map(|pair| pair[1] - pair[0]);
-        let even = steps.filter(|step| (step / self.interval_s - 1.0).abs() < 0.1).count();
+        let even = steps.filter(|step| (step / self.interval_s - 1.0).abs() < RATE_TOLERANCE).count();
         even as f64 >= 0.98 * (self.times_s.len() - 1) as f64
     }
 

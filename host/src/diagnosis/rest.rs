@@ -10,11 +10,11 @@ use nalgebra::{DMatrix, DVector};
 use thud_sim::rig::Quantity;
 
 use super::conditions::weights;
-use super::fit::{Fit, Tangent, whiten};
+use super::fit::{Fit, Tangent};
 use super::held_out::folds;
 use super::locate::Course;
 use super::predict;
-use super::problem::Problem;
+use super::problem::{Prepared, Problem};
 
 /// Ridges that are tried, as squared inverse deviations of the forms' coefficients in units of the noise.
 const RIDGES: [f64; 4] = [1e-6, 1e-4, 1e-2, 1.0];
@@ -60,7 +60,7 @@ pub fn map(problem: &Problem, fit: &Fit, tangent: &Tangent) -> Option<Map> {
             for number in left_out {
                 let added = coefficients.as_ref().map(|c| sum_of(&forms, c, number, true));
                 let rest = tangent.local_rest(number, &difference(&fit.residuals[number], added.as_deref()));
-                let plain = unwhitened_square(problem, &rest);
+                let plain = unwhitened_square(&problem.recordings[number], &rest);
                 sum += plain.0;
                 samples += plain.1;
             }
@@ -86,9 +86,9 @@ fn difference(residual: &[f64], added: Option<&[f64]>) -> Vec<f64> {
 }
 
 /// The square sum of a whitened residual of the observed channel, brought back to its unit by the noise's strength, and its samples.
-fn unwhitened_square(problem: &Problem, whitened: &[f64]) -> (f64, usize) {
-    let samples = whitened.len() / problem.channels.len();
-    let rms = problem.channels[0].noise.rms();
+fn unwhitened_square(recording: &Prepared, whitened: &[f64]) -> (f64, usize) {
+    let samples = recording.times_s.len();
+    let rms = recording.noise[0].rms();
     (whitened[..samples].iter().map(|w| (w * rms).powi(2)).sum(), samples)
 }
 
@@ -184,9 +184,10 @@ fn forms(problem: &Problem, fit: &Fit) -> Option<Vec<Form>> {
             .collect();
         let whitened: Vec<Vec<f64>> = plain
             .iter()
-            .map(|values| {
+            .zip(&problem.recordings)
+            .map(|(values, recording)| {
                 let mut values = values.clone();
-                whiten(problem, &mut values);
+                recording.whiten(&mut values);
                 values
             })
             .collect();

@@ -20,7 +20,7 @@ use thud_sim::mechanism::{Effect, Mechanism, Scale, Search};
 use thud_sim::rig::Impact;
 
 use super::candidate::Reach;
-use super::fit::{Fit, Imitation, Normal, Tangent, whiten};
+use super::fit::{Fit, Imitation, Normal, Tangent};
 use super::layout::{Entrant, Point, Scope};
 use super::predict;
 use super::problem::Problem;
@@ -328,7 +328,7 @@ impl Shown<'_> {
                 if change.iter().any(|value| !value.is_finite()) {
                     return None;
                 }
-                whiten(problem, &mut change);
+                problem.recordings[recording].whiten(&mut change);
                 Some(change)
             })
             .collect()

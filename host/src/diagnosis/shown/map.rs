@@ -59,11 +59,10 @@ fn cells(diagnosis: &Diagnosis, places: &[(usize, usize, f64, f64)], rest: &dyn 
         let column = ((x / stroke_m).clamp(0.0, 1.0) * COLUMNS as f64) as usize;
         let row = ((0.5 + 0.5 * v / rate_m_per_s).clamp(0.0, 1.0) * ROWS as f64) as usize;
         let cell = &mut sums[row.min(ROWS - 1) * COLUMNS + column.min(COLUMNS - 1)];
-        cell.0 += rest(*number, *place);
+        cell.0 += rest(*number, *place) / diagnosis.problem.recordings[*number].noise[0].rms().max(f64::MIN_POSITIVE);
         cell.1 += 1;
     }
-    let noise = diagnosis.problem.channels[0].noise.rms().max(f64::MIN_POSITIVE);
-    let mean = sums.iter().map(|(sum, count)| (*count >= FEWEST).then(|| sum / *count as f64 / noise)).collect();
+    let mean = sums.iter().map(|(sum, count)| (*count >= FEWEST).then(|| sum / *count as f64)).collect();
     Cells { stroke_m, rate_m_per_s, mean }
 }
 

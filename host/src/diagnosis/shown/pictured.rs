@@ -1,7 +1,6 @@
 //! The recordings as the figures show them: observed, simulated before and after, and what is left of each in units of the noise.
 
 use crate::diagnosis::answer::Answer;
-use crate::diagnosis::fit::whiten;
 use crate::diagnosis::layout::Coordinate;
 use crate::diagnosis::locate::Course;
 use crate::diagnosis::{Diagnosis, predict};
@@ -82,7 +81,7 @@ fn with_map(diagnosis: &Diagnosis) -> Option<Vec<Vec<f64>>> {
             .map(|(number, model)| {
                 let observed = problem.recordings[number].series.iter().flatten();
                 let mut rest: Vec<f64> = observed.zip(model).map(|(observed, model)| observed - model).collect();
-                whiten(problem, &mut rest);
+                problem.recordings[number].whiten(&mut rest);
                 rest
             })
             .collect();
@@ -112,7 +111,6 @@ fn with_map(diagnosis: &Diagnosis) -> Option<Vec<Vec<f64>>> {
 pub(super) fn pictured(diagnosis: &Diagnosis, answer: &Answer, shown: &[Vec<f64>]) -> Vec<Pictured> {
     let problem = &diagnosis.problem;
     let (baseline, best) = (&diagnosis.selection.baseline, &diagnosis.selection.best.fit);
-    let noise = problem.channels[0].noise.rms().max(f64::MIN_POSITIVE);
     problem
         .recordings
         .iter()
@@ -140,6 +138,7 @@ pub(super) fn pictured(diagnosis: &Diagnosis, answer: &Answer, shown: &[Vec<f64>
             let span = (first.max(ends.0), last.min(ends.1));
             let interval = (ends.1 - ends.0) / (ms.len() - 1).max(1) as f64;
             let width = ((span.1 - span.0) / STRETCHES / interval.max(1e-9)).round().max(1.0) as usize;
+            let noise = recording.noise[0].rms().max(f64::MIN_POSITIVE);
             let rest = |model: &[f64]| {
                 let rest: Vec<f64> = observed.iter().zip(model).map(|(a, b)| (a - b) / noise).collect();
                 line(&mut running_mean(&rest, width).into_iter())

@@ -18,18 +18,16 @@ const WINDOW: f64 = 3.0 / 8.0;
 
 /// The figure; `None` where the recordings are too short for a spectrum.
 pub(super) fn figure(diagnosis: &Diagnosis, shown: &[Vec<f64>]) -> Option<String> {
-    let noise = diagnosis.problem.channels[0].noise.rms().max(f64::MIN_POSITIVE);
     // What white noise of that strength has: its variance times the sum of the squared window over all samples.
-    let samples: f64 = diagnosis
+    let level: f64 = diagnosis
         .problem
         .recordings
         .iter()
         .map(|recording| {
             let first = recording.times_s.partition_point(|time| *time < recording.contact_guess_s);
-            (recording.times_s.len() - first) as f64
+            WINDOW * (recording.times_s.len() - first) as f64 * recording.noise[0].rms().powi(2)
         })
         .sum();
-    let level = WINDOW * samples * noise * noise;
     if level <= 0.0 {
         return None;
     }
