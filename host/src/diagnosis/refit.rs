@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use thud_sim::mechanism::{Mechanism, Scale, Search};
 
 use super::fit::{Effort, Fit, Part};
-use super::layout::{Entrant, Scope};
+use super::layout::{Entrant, Role, Scope};
 use super::omnibus::Omnibus;
 use super::problem::Problem;
 use super::screen::{Screened, scale_strength};
@@ -71,6 +71,8 @@ const ENORMOUS: f64 = 2000.0;
 /// beyond what is likely.
 const SILENT: usize = 3;
 const SILENT_STRENGTHS: u32 = 6;
+/// Of a ratio this many strengths of each sign are tried beside what was stated, by factors of √2 from the end of its range.
+const RATIOS: u32 = 8;
 /// A score below this is not refitted.
 const LEAST_SCORE: f64 = 3.5;
 /// A mechanism in some recordings takes this much more off χ² than the same everywhere.
@@ -129,9 +131,7 @@ pub fn refit(
         let mut once: HashSet<Kind> = HashSet::new();
         let best_of_each = starts.iter().filter(|start| once.insert(start.kind()));
         let anew = best_of_each.filter_map(|Start { fit, promised, .. }| {
-            let stated = fit.layout.as_stated(&fit.point);
-            let fit = Fit::at(problem, fit.layout.clone(), stated, part)?;
-            Some(Start { fit, promised: *promised, looks: LOOKS_ANEW })
+            Some(Start { fit: beside_stated(problem, fit, part)?, promised: *promised, looks: LOOKS_ANEW })
         });
         let anew: Vec<Start> = anew.collect();
         starts.extend(anew);
@@ -165,6 +165,28 @@ fn in_turn(mut begun: Vec<Start>, all: f64, breadth: Breadth) -> Vec<Start> {
         }
     }
     taken.into_iter().map(|number| begun[number].clone()).collect()
+}
+
+/// Everything as stated beside the mechanism that was added last. A ratio (a gain, a speed) that re-tuning has imitated may be far larger
+/// there than a tangent tells: it begins where it fits best.
+fn beside_stated(problem: &Problem, fit: &Fit, part: Part<'_>) -> Option<Fit> {
+    let stated = fit.layout.as_stated(&fit.point);
+    let at = |point| Fit::at(problem, fit.layout.clone(), point, part);
+    let strength = Role::Mechanism { entrant: fit.layout.entrants.len() - 1, place: 0 };
+    let is_ratio = |mechanism: &Mechanism| {
+        let strength = &mechanism.parameters[0];
+        strength.scale == Scale::Linear && strength.search == Search::Strength
+    };
+    let ratio = fit.layout.globals.iter().position(|coordinate| coordinate.role == strength);
+    let Some(place) = ratio.filter(|_| is_ratio(added(fit).effect.mechanism())) else { return at(stated) };
+    let (low, high) = fit.layout.globals[place].range;
+    let strengths = (0..RATIOS).flat_map(|number| [low, high].map(|end| end * 0.5_f64.powf(f64::from(number) / 2.0)));
+    let fits = strengths.chain([stated.globals[place]]).filter_map(|strength| {
+        let mut point = stated.clone();
+        point.globals[place] = strength;
+        at(point)
+    });
+    fits.min_by(|a, b| a.cost.total_cmp(&b.cost))
 }
 
 /// A few iterations each, as long as there is hope; then who leads, and who was promised to come near the best and has not yet, until
