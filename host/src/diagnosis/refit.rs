@@ -239,17 +239,18 @@ fn is_promised(base: &Fit, promised: f64, best: f64) -> bool {
 /// Where very much is left, mechanisms that promise little or nothing: a step at contact that the fit has imitated by an earlier contact
 /// looks, to first order, like too much of itself. Each begins with likely strengths beside what was stated, the best few are fitted.
 fn unpromised(problem: &Problem, base: &Fit, scores: &[Screened], begun: &[Start], part: Part<'_>) -> Vec<Fit> {
+    let scope = where_left(problem, base);
+    let everywhere = scope == Scope::Everywhere;
     let mut silent: Vec<&'static Mechanism> = Vec::new();
     for score in scores {
         let mechanism = score.entrant.effect.mechanism();
         if silent.iter().all(|other| other.id != mechanism.id)
             && mechanism.parameters[0].search == Search::Strength
-            && begun.iter().all(|start| start.kind().0 != mechanism.id)
+            && begun.iter().all(|start| start.kind() != (mechanism.id, everywhere))
         {
             silent.push(mechanism);
         }
     }
-    let scope = where_left(problem, base);
     let mut fits: Vec<Fit> = silent
         .par_iter()
         .filter_map(|mechanism| {
