@@ -145,6 +145,20 @@ fn a_rig_that_hides_nothing_is_consistent_in_a_screenful() {
     assert_ne!(evaluation["verdict"], "holds", "{evaluation}");
 }
 
+/// Stiffness and masses imitate a gain of nearly a half; only the long way back from there shows it, and its twin too.
+#[test]
+fn a_gain_that_re_tuning_imitates_keeps_its_twin() {
+    let folder = TempDir::new().unwrap();
+    campaign(&folder, "loud", &[&RIG[..], &["--mechanism", "gain-error:relative=0.45", "--seed", "5"]].concat());
+    let few = ["--only", "gain-error", "--only", "speed-error", "--only", "pose-dependent-mass"];
+    let text = succeeds(&folder, &[&["diagnose", "loud", "--json", "-"], &few[..]].concat());
+    let answer: Value = serde_json::from_str(&text).unwrap();
+    let named = &answer["mechanisms"][0];
+    let mut twins = [named["id"].as_str(), named["indistinguishable_from"][0].as_str()];
+    twins.sort_unstable();
+    assert_eq!(twins, [Some("gain-error"), Some("speed-error")], "{answer}");
+}
+
 /// Where samples were lost is each recording's own: the model's instant is not theirs.
 #[test]
 fn a_model_with_an_instant_of_each_impact_finds_it_in_each_recording() {

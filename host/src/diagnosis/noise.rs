@@ -110,14 +110,14 @@ impl Noise {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use rand::SeedableRng as _;
     use rand_chacha::ChaCha8Rng;
     use rand_distr::{Distribution as _, StandardNormal};
 
     use super::*;
 
-    fn coloured(samples: usize, seed: u64) -> Vec<f64> {
+    pub fn coloured(samples: usize, seed: u64) -> Vec<f64> {
         let mut chance = ChaCha8Rng::seed_from_u64(seed);
         let mut values = vec![0.0; samples + 100];
         for place in 2..values.len() {

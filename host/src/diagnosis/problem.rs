@@ -657,6 +657,22 @@ mod tests {
         assert_eq!(raw(RigKind::Impact, &times, &values).thin().expect("a contact").kept, times.len());
     }
 
+    /// The longest recording is averaged more coarsely: what it shows is whitened by noise of that colour.
+    #[test]
+    fn means_of_each_length_have_their_noise() {
+        let rests = [(1, 1), (1, 2), (4, 3)].map(|(averaged, seed)| Rest {
+            channels: vec![crate::diagnosis::noise::tests::coloured(6_000, seed)],
+            interval_s: 1e-4,
+            averaged,
+        });
+        for (rest, noise) in rests.iter().zip(noises(&rests, 0, true).expect("enough rest")) {
+            let mut means = rest.means(rest.averaged).remove(0);
+            noise.whiten(&mut means);
+            let squares = means.iter().map(|value| value * value).sum::<f64>() / means.len() as f64;
+            assert!((squares - 1.0).abs() < 0.1, "{}: {squares}", rest.averaged);
+        }
+    }
+
     /// What comes at 0.5 m/s, turns and goes: its way before contact is neither noise nor offset.
     #[test]
     fn the_way_of_what_comes_is_no_noise() {

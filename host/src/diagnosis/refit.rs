@@ -240,13 +240,17 @@ fn is_promised(base: &Fit, promised: f64, best: f64) -> bool {
 /// looks, to first order, like too much of itself. Each begins with likely strengths beside what was stated, the best few are fitted.
 fn unpromised(problem: &Problem, base: &Fit, scores: &[Screened], begun: &[Start], part: Part<'_>) -> Vec<Fit> {
     let scope = where_left(problem, base);
-    let everywhere = scope == Scope::Everywhere;
+    // What was begun in some recordings only is silent about all.
+    let is_begun = |id: &str| {
+        let mut kinds = begun.iter().map(Start::kind);
+        kinds.any(|(begun, everywhere)| begun == id && (everywhere || scope != Scope::Everywhere))
+    };
     let mut silent: Vec<&'static Mechanism> = Vec::new();
     for score in scores {
         let mechanism = score.entrant.effect.mechanism();
         if silent.iter().all(|other| other.id != mechanism.id)
             && mechanism.parameters[0].search == Search::Strength
-            && begun.iter().all(|start| start.kind() != (mechanism.id, everywhere))
+            && !is_begun(mechanism.id)
         {
             silent.push(mechanism);
         }
