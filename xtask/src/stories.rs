@@ -8,7 +8,7 @@ use std::path::Path;
 use crate::step;
 
 /// The run from which they are chosen: its seed came from the operating system.
-const SEED: &str = "11131686701129108931";
+const SEED: &str = "16807112869511577590";
 const CASES: &str = "60";
 /// The real campaign that is told.
 const REAL: &str = "piston-1-bar";

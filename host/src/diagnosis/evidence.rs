@@ -6,7 +6,7 @@ use thud_sim::mechanism::{Mechanism, Search};
 use super::Diagnosis;
 use super::layout::{Layout, Role, Scope};
 use super::screen::Screened;
-use super::select::Trial;
+use super::select::{Trial, by_chance};
 use super::verdict::twins;
 
 /// A score from which a mechanism that is there is hardly missed: on recordings that hide nothing, the largest of all scores stays
@@ -35,6 +35,8 @@ pub struct Contest {
     pub bic: f64,
     /// Parameters more than the chosen model.
     pub parameters: i64,
+    /// Where it is added: in which part of trials chance does as much; none where that is not known.
+    pub by_chance: Option<f64>,
 }
 
 /// The smallest strength that would have been seen.
@@ -133,6 +135,7 @@ fn contest(diagnosis: &Diagnosis, mechanism: &Mechanism) -> Option<Contest> {
         chi_squared: trial.fit.cost - best.fit.cost,
         bic: trial.bic - best.bic,
         parameters: parameters_of(&trial.fit.layout) as i64 - parameters_of(&best.fit.layout) as i64,
+        by_chance: if missing.is_none() { by_chance(&diagnosis.problem, &best.fit, &trial.fit) } else { None },
     })
 }
 

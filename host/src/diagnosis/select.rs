@@ -17,7 +17,7 @@ use thud_sim::mechanism::{Mechanism, Parameter};
 
 use super::candidate::Reach;
 use super::fit::{Effort, Fit, Part, Tangent};
-use super::layout::{Entrant, Layout, Role, Scope};
+use super::layout::{Coordinate, Entrant, Layout, Role, Scope};
 use super::locate::{Alone, alone};
 use super::omnibus::{Omnibus, omnibus};
 use super::problem::{Prepared, Problem};
@@ -27,9 +27,9 @@ use super::verdict::{SIGNIFICANT, UNLIKELY};
 
 /// The first mechanism must take more off χ² than chance does in one trial of so many; thirty mechanisms are tried, from several starts
 /// each. Of 500 campaigns with traces of the usual imperfections two had a fall rarer than one in 10⁵, and one than one in 10⁶.
-const BY_CHANCE: f64 = 1e-6;
+pub const BY_CHANCE: f64 = 1e-6;
 /// Fall of BIC that a further one must bring, or a first one with a value of its own for each impact.
-const ENOUGH: f64 = 20.0;
+pub const ENOUGH: f64 = 20.0;
 /// A further one that no smooth rest asks for (it rings, hums or jumps) must bring this.
 const UNASKED: f64 = 150.0;
 /// And of this nothing foretells so much that it is refitted.
@@ -143,16 +143,23 @@ fn choices(problem: &Problem, layout: &Layout) -> f64 {
     layout.entrants.iter().map(|entrant| of_scope(entrant.scope)).sum()
 }
 
-/// Whether the only mechanism of a model takes more off χ² than chance does.
-fn is_no_chance(problem: &Problem, baseline: &Trial, trial: &Trial) -> bool {
-    let layout = &trial.fit.layout;
+/// In which part of trials chance takes as much off χ² as the only mechanism of a model does; `None` where that is not known, since it has
+/// values of its own for each impact.
+#[must_use]
+pub fn by_chance(problem: &Problem, baseline: &Fit, fit: &Fit) -> Option<f64> {
+    let layout = &fit.layout;
     if layout.entrants.iter().any(|entrant| is_loose(entrant.effect.mechanism())) {
-        return baseline.bic - trial.bic >= ENOUGH;
+        return None;
     }
-    let parameters =
-        layout.globals.iter().filter(|coordinate| matches!(coordinate.role, Role::Mechanism { .. })).count();
-    let fall = baseline.fit.cost - trial.fit.cost - choices(problem, layout);
-    ChiSquared::new(parameters as f64).is_ok_and(|by_chance| by_chance.sf(fall.max(0.0)) < BY_CHANCE)
+    let of_mechanism = |coordinate: &&Coordinate| matches!(coordinate.role, Role::Mechanism { .. });
+    let parameters = layout.globals.iter().filter(of_mechanism).count();
+    let fall = baseline.cost - fit.cost - choices(problem, layout);
+    ChiSquared::new(parameters as f64).ok().map(|by_chance| by_chance.sf(fall.max(0.0)))
+}
+
+/// Whether the only mechanism of a model does more than chance.
+fn is_no_chance(problem: &Problem, baseline: &Trial, trial: &Trial) -> bool {
+    by_chance(problem, &baseline.fit, &trial.fit).map_or(baseline.bic - trial.bic >= ENOUGH, |p| p < BY_CHANCE)
 }
 
 impl Standing {

@@ -4,14 +4,13 @@ use super::answer::{Answer, Rejected};
 use super::evidence::{Contest, Evidence, Limit, Standing, evidence, parameters_of, scope_words};
 use super::layout::Role;
 use super::retuned::retuned;
+use super::select::{BY_CHANCE, ENOUGH};
 use super::verdict::{Unlikely, unlikely};
 use super::{Diagnosis, RigKind};
 use crate::decimal::significant;
 
 /// A score below this is no reason to look further.
 const POOR: f64 = 3.5;
-/// BIC that a mechanism has to bring before it is taken: see `select`.
-const ASKED_BIC: f64 = 20.0;
 /// A misreading below this part is not worth a word.
 const MISREAD: f64 = 0.003;
 
@@ -271,12 +270,15 @@ fn against_rival(contest: Contest) -> String {
     };
     let size = contest.chi_squared.abs();
     let side = if contest.chi_squared >= 0.0 { "higher" } else { "lower" };
-    match contest.instead_of {
-        None if contest.bic < 0.0 => {
-            format!("χ² {size:.0} {side} {cost}: BIC gains {:.0}, and {ASKED_BIC:.0} is asked for", -contest.bic)
+    match (contest.instead_of, contest.by_chance) {
+        (None, Some(by_chance)) if contest.chi_squared < 0.0 => {
+            format!("χ² {size:.0} {side} {cost}: by chance {}, and {BY_CHANCE:.0e} is asked for", p_words(by_chance))
         }
-        None => format!("χ² {size:.0} {side} {cost}: BIC {:.0} worse", contest.bic),
-        Some(id) => format!("leaves χ² {size:.0} {side} than {id} {cost}: BIC {:.0} worse", contest.bic),
+        (None, None) if contest.bic < 0.0 => {
+            format!("χ² {size:.0} {side} {cost}: BIC gains {:.0}, and {ENOUGH:.0} is asked for", -contest.bic)
+        }
+        (None, _) => format!("χ² {size:.0} {side} {cost}: BIC {:.0} worse", contest.bic),
+        (Some(id), _) => format!("leaves χ² {size:.0} {side} than {id} {cost}: BIC {:.0} worse", contest.bic),
     }
 }
 
@@ -365,12 +367,23 @@ mod tests {
 
     #[test]
     fn a_rival_is_rejected_by_what_it_leaves() {
-        let contest = Contest { instead_of: Some("guide-friction"), chi_squared: 106.2, bic: 106.2, parameters: 0 };
+        let contest = Contest {
+            instead_of: Some("guide-friction"),
+            chi_squared: 106.2,
+            bic: 106.2,
+            parameters: 0,
+            by_chance: None,
+        };
         assert_eq!(
             against_rival(contest),
             "leaves χ² 106 higher than guide-friction with as many parameters: BIC 106 worse"
         );
-        let added = Contest { instead_of: None, chi_squared: -14.0, bic: -6.0, parameters: 1 };
-        assert_eq!(against_rival(added), "χ² 14 lower with 1 parameter more: BIC gains 6, and 20 is asked for");
+        let added = Contest { instead_of: None, chi_squared: -14.0, bic: -6.0, parameters: 1, by_chance: Some(1.8e-4) };
+        let loose = Contest { by_chance: None, ..added };
+        assert_eq!(
+            against_rival(added),
+            "χ² 14 lower with 1 parameter more: by chance p = 2e-4, and 1e-6 is asked for"
+        );
+        assert_eq!(against_rival(loose), "χ² 14 lower with 1 parameter more: BIC gains 6, and 20 is asked for");
     }
 }

@@ -6,7 +6,7 @@ use crate::report::document;
 
 /// What the words and numbers of the page mean.
 pub(super) fn glossary() -> Markup {
-    let words: [(&str, &str); 12] = [
+    let words: [(&str, &str); 13] = [
         (
             "simulation",
             "what the standard implies: the robot's effective mass meets body springs and pad in series, F = k·x while touching, seen by an ideal measuring chain.",
@@ -31,7 +31,11 @@ pub(super) fn glossary() -> Markup {
         ),
         (
             "BIC",
-            "χ² plus a price of ln(number of samples) for each parameter of a mechanism. Of two models the one with the lower BIC is to be preferred; 10 is strong evidence. Rivals within 10 are not told apart.",
+            "χ² plus a price of ln(number of samples) for each parameter of a mechanism. Of two models the one with the lower BIC is to be preferred; 10 is strong evidence. Rivals within 12 are not told apart.",
+        ),
+        (
+            "by chance",
+            "noise alone lowers χ², too, the more parameters a mechanism has to bend: this is the part of trials in which it does as much (Wilks). A first mechanism must do more than chance does in one trial of a million, since many are tried.",
         ),
         (
             "score",
