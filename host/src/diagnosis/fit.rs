@@ -230,7 +230,7 @@ impl Fit {
                 if all[recording].is_empty() {
                     Vec::new()
                 } else {
-                    whitened_residual(problem, recording, &all[recording])
+                    problem.recordings[recording].left_by(&all[recording])
                 }
             })
             .collect();
@@ -252,7 +252,7 @@ impl Fit {
                 let costs = (-SHIFTS..=SHIFTS).map(|shift| {
                     let shift_s = f64::from(shift) * SHIFT_SAMPLES * sample_s;
                     let values = predict::read(problem, &layout, &point, recording, &impact, shift_s);
-                    (shift_s, whitened_residual(problem, recording, &values).into_iter().map(robust).sum::<f64>())
+                    (shift_s, problem.recordings[recording].left_by(&values).into_iter().map(robust).sum::<f64>())
                 });
                 let (shift_s, _) = costs.min_by(|a, b| a.1.total_cmp(&b.1))?;
                 Some(point.locals[recording][contact] + shift_s)
@@ -541,13 +541,6 @@ fn stepped(
 ) -> Option<Vec<f64>> {
     let forward = if here + step > high && here - step >= low { -step } else { step };
     difference(forward).or_else(|| difference(-forward))
-}
-
-fn whitened_residual(problem: &Problem, recording: usize, model: &[f64]) -> Vec<f64> {
-    let observed = problem.recordings[recording].series.iter().flatten();
-    let mut residual: Vec<f64> = observed.zip(model).map(|(observed, model)| observed - model).collect();
-    problem.recordings[recording].whiten(&mut residual);
-    residual
 }
 
 fn prior_cost(problem: &Problem, layout: &Layout, point: &Point, part: Part<'_>) -> f64 {

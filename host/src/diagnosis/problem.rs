@@ -125,6 +125,15 @@ impl Prepared {
         self.series.len() * self.times_s.len()
     }
 
+    /// What a model leaves of it, whitened.
+    #[must_use]
+    pub fn left_by(&self, model: &[f64]) -> Vec<f64> {
+        let observed = self.series.iter().flatten();
+        let mut residual: Vec<f64> = observed.zip(model).map(|(observed, model)| observed - model).collect();
+        self.whiten(&mut residual);
+        residual
+    }
+
     /// Whitens, in place, a column that holds a value for each of the fitted ones.
     pub fn whiten(&self, column: &mut [f64]) {
         for (noise, series) in self.noise.iter().zip(column.chunks_mut(self.times_s.len().max(1))) {

@@ -12,7 +12,7 @@ const LENGTH: usize = 8192;
 /// contact on, each recording freed of its mean and tapered (Hann).
 #[must_use]
 pub fn lines_hz(problem: &Problem, fit: &Fit) -> Vec<f64> {
-    let (frequencies, power) = periodogram(problem, fit);
+    let (frequencies, power) = periodogram(problem, &fit.residuals);
     let mut peaks: Vec<usize> = (2..power.len().saturating_sub(1))
         .filter(|place| power[*place] > power[place - 1] && power[*place] >= power[place + 1])
         .collect();
@@ -20,21 +20,21 @@ pub fn lines_hz(problem: &Problem, fit: &Fit) -> Vec<f64> {
     peaks.into_iter().take(4).map(|place| frequencies[place]).collect()
 }
 
-/// Frequencies, Hz, and the power of the residuals of all recordings together.
+/// Frequencies, Hz, and the power of whitened residuals of all recordings together, over that of noise.
 #[must_use]
-pub fn periodogram(problem: &Problem, fit: &Fit) -> (Vec<f64>, Vec<f64>) {
+pub fn periodogram(problem: &Problem, residuals: &[Vec<f64>]) -> (Vec<f64>, Vec<f64>) {
     let mut planner = RealFftPlanner::<f64>::new();
     let transform = planner.plan_fft_forward(LENGTH);
     let mut power = vec![0.0; LENGTH / 2 + 1];
-    let mut interval_s = 0.0;
-    for (number, recording) in problem.recordings.iter().enumerate() {
-        if fit.residuals[number].is_empty() {
+    let (mut interval_s, mut of_noise) = (0.0, 0.0);
+    for (recording, residual) in problem.recordings.iter().zip(residuals) {
+        if residual.is_empty() {
             continue;
         }
         let samples = recording.times_s.len();
         let first = recording.times_s.partition_point(|time| *time < recording.contact_guess_s);
         // Whitened: a line stands out against the noise, not against its colour.
-        let values = &fit.residuals[number][first..samples];
+        let values = &residual[first..samples];
         let count = values.len().min(LENGTH);
         if count < 16 {
             continue;
@@ -45,6 +45,7 @@ pub fn periodogram(problem: &Problem, fit: &Fit) -> (Vec<f64>, Vec<f64>) {
         for (place, value) in values[..count].iter().enumerate() {
             let window = 0.5 - 0.5 * (std::f64::consts::TAU * (place as f64 + 0.5) / count as f64).cos();
             input[place] = (value - mean) * window;
+            of_noise += window * window;
         }
         let mut output = transform.make_output_vec();
         // Lengths are the plan's own.
@@ -54,6 +55,7 @@ pub fn periodogram(problem: &Problem, fit: &Fit) -> (Vec<f64>, Vec<f64>) {
             }
         }
     }
+    power.iter_mut().for_each(|power| *power /= of_noise.max(f64::MIN_POSITIVE));
     let step = if interval_s > 0.0 { 1.0 / (interval_s * LENGTH as f64) } else { 0.0 };
     ((0..power.len()).map(|place| place as f64 * step).collect(), power)
 }

@@ -191,8 +191,8 @@ fn motion_section(diagnosis: &Diagnosis, shown: &[Vec<f64>]) -> Markup {
             figure {
                 (PreEscaped(svg))
                 figcaption {
-                    "Spectrum of the rest of all recordings from the contact on: grey before, black after. At 1 (dotted) it is as strong as white noise of the
-                     strength seen before contact."
+                    "Spectrum of the rest of all recordings from the contact on: grey before, black after. At 1 (dotted) it is as strong, at
+                     that frequency, as the noise before contact."
                 }
             }
         }

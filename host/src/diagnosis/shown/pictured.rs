@@ -75,16 +75,9 @@ fn with_map(diagnosis: &Diagnosis) -> Option<Vec<Vec<f64>>> {
         *value = (*value + by).clamp(coordinate.range.0, coordinate.range.1);
     };
     for _ in 0..STEPS {
-        let rest: Vec<Vec<f64>> = model_at(&point)?
-            .iter()
-            .enumerate()
-            .map(|(number, model)| {
-                let observed = problem.recordings[number].series.iter().flatten();
-                let mut rest: Vec<f64> = observed.zip(model).map(|(observed, model)| observed - model).collect();
-                problem.recordings[number].whiten(&mut rest);
-                rest
-            })
-            .collect();
+        let models = model_at(&point)?;
+        let rest: Vec<Vec<f64>> =
+            problem.recordings.iter().zip(&models).map(|(recording, model)| recording.left_by(model)).collect();
         let (mut global, mut locals) = selection.tangent.transposed(&rest);
         for (place, coordinate) in layout.globals.iter().enumerate() {
             global[place] -= pull(point.globals[place], coordinate.prior);

@@ -1,11 +1,10 @@
-//! The spectrum of the rest, before and after, over that of white noise as strong as before contact.
+//! The spectrum of the whitened rest, before and after, over that of the noise before contact.
 
 use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
 
 use super::figure::{REST, caption};
 use crate::diagnosis::Diagnosis;
-use crate::diagnosis::fit::Fit;
 use crate::diagnosis::spectrum::periodogram;
 use crate::report::plot::{FONT, GRID, svg, tick};
 
@@ -13,26 +12,11 @@ use crate::report::plot::{FONT, GRID, svg, tick};
 const POINTS: usize = 130;
 /// The lowest frequency shown, Hz: a recording of some tenths of a second holds a period of it.
 const LOWEST_HZ: f64 = 4.0;
-/// Mean square of the window that the periodogram tapers with (Hann).
-const WINDOW: f64 = 3.0 / 8.0;
-
 /// The figure; `None` where the recordings are too short for a spectrum.
 pub(super) fn figure(diagnosis: &Diagnosis, shown: &[Vec<f64>]) -> Option<String> {
-    // What white noise of that strength has: its variance times the sum of the squared window over all samples.
-    let level: f64 = diagnosis
-        .problem
-        .recordings
-        .iter()
-        .map(|recording| {
-            let first = recording.times_s.partition_point(|time| *time < recording.contact_guess_s);
-            WINDOW * (recording.times_s.len() - first) as f64 * recording.noise[0].rms().powi(2)
-        })
-        .sum();
-    if level <= 0.0 {
-        return None;
-    }
-    let line = |fit: &Fit| -> Vec<(f64, f64)> {
-        let (frequencies, power) = periodogram(&diagnosis.problem, fit);
+    let problem = &diagnosis.problem;
+    let line = |residuals: &[Vec<f64>]| -> Vec<(f64, f64)> {
+        let (frequencies, power) = periodogram(problem, residuals);
         let highest = frequencies.last().copied().unwrap_or(0.0);
         if highest <= LOWEST_HZ {
             return Vec::new();
@@ -43,13 +27,14 @@ pub(super) fn figure(diagnosis: &Diagnosis, shown: &[Vec<f64>]) -> Option<String
                 let from = frequencies.partition_point(|f| *f < edge(number));
                 let to = frequencies.partition_point(|f| *f < edge(number + 1));
                 let bins = &power[from..to];
-                let mean = bins.iter().sum::<f64>() / bins.len() as f64 / level;
+                let mean = bins.iter().sum::<f64>() / bins.len() as f64;
                 (!bins.is_empty() && mean > 0.0).then(|| ((edge(number) * edge(number + 1)).sqrt(), mean))
             })
             .collect()
     };
-    let with_map = Fit { model: shown.to_vec(), ..diagnosis.selection.best.fit.clone() };
-    let (before, after) = (line(&diagnosis.selection.baseline), line(&with_map));
+    let left: Vec<Vec<f64>> =
+        problem.recordings.iter().zip(shown).map(|(recording, model)| recording.left_by(model)).collect();
+    let (before, after) = (line(&diagnosis.selection.baseline.residuals), line(&left));
     let (first, last) = (before.first()?.0, before.last()?.0);
     let values = || before.iter().chain(&after).map(|(_, value)| *value);
     let low = values().fold(0.3, f64::min).max(0.02);

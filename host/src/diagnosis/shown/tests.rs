@@ -122,3 +122,16 @@ fn the_page_shows_every_recording_and_every_mechanism() {
     let digits = value.split(' ').nth(2).unwrap();
     assert!(page.contains(digits), "{digits}");
 }
+
+/// Noise alone is drawn at 1, at every frequency.
+#[test]
+fn the_spectrum_of_a_right_model_is_that_of_the_noise() {
+    let (diagnosis, _) = diagnosed(None, &["guide-friction"]);
+    let (frequencies, power) =
+        crate::diagnosis::spectrum::periodogram(&diagnosis.problem, &diagnosis.selection.best.fit.residuals);
+    for (from_hz, to_hz) in [(50.0, 300.0), (300.0, 900.0)] {
+        let band = frequencies.partition_point(|hz| *hz < from_hz)..frequencies.partition_point(|hz| *hz < to_hz);
+        let mean = power[band.clone()].iter().sum::<f64>() / band.len() as f64;
+        assert!((mean - 1.0).abs() < 0.2, "{from_hz} to {to_hz} Hz: {mean}");
+    }
+}
