@@ -543,7 +543,8 @@ fn stepped(
     difference(forward).or_else(|| difference(-forward))
 }
 
-fn prior_cost(problem: &Problem, layout: &Layout, point: &Point, part: Part<'_>) -> f64 {
+/// What strains the beliefs about the rig and these recordings.
+pub fn prior_cost(problem: &Problem, layout: &Layout, point: &Point, part: Part<'_>) -> f64 {
     let globals = layout.globals.iter().zip(&point.globals);
     let global: f64 = globals.map(|(coordinate, value)| strain_cost(*value, coordinate.prior)).sum();
     let local: f64 = part.iter().map(|&recording| own_prior_cost(problem, layout, point, recording)).sum();

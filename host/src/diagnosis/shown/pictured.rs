@@ -1,7 +1,8 @@
 //! The recordings as the figures show them: observed, simulated before and after, and what is left of each in units of the noise.
 
 use crate::diagnosis::answer::Answer;
-use crate::diagnosis::layout::Coordinate;
+use crate::diagnosis::fit::prior_cost;
+use crate::diagnosis::layout::Point;
 use crate::diagnosis::locate::Course;
 use crate::diagnosis::{Diagnosis, predict};
 
@@ -45,6 +46,8 @@ fn running_mean(values: &[f64], width: usize) -> Vec<f64> {
 
 /// Steps in which the coordinates follow the map; each lowers what is left to do about tenfold.
 const STEPS: usize = 4;
+/// Parts of a step, of which the first that helps is taken: a tangent may lead astray.
+const SHORTER: [f64; 4] = [1.0, 0.5, 0.25, 0.1];
 
 /// What the chosen model shows in each recording, with the map of what has no name where there is one.
 ///
@@ -60,8 +63,7 @@ fn with_map(diagnosis: &Diagnosis) -> Option<Vec<Vec<f64>>> {
     let (problem, selection) = (&diagnosis.problem, &diagnosis.selection);
     let layout = &selection.best.fit.layout;
     let normal = selection.tangent.normal(0.0)?;
-    let mut point = selection.best.fit.point.clone();
-    let model_at = |point: &crate::diagnosis::layout::Point| -> Option<Vec<Vec<f64>>> {
+    let model_at = |point: &Point| -> Option<Vec<Vec<f64>>> {
         (0..problem.recordings.len())
             .map(|number| {
                 let impact = predict::strike(problem, layout, point, number).ok()?;
@@ -71,33 +73,40 @@ fn with_map(diagnosis: &Diagnosis) -> Option<Vec<Vec<f64>>> {
             .collect()
     };
     let pull = |value: f64, prior: Option<(f64, f64)>| prior.map_or(0.0, |(mean, sd)| (value - mean) / (sd * sd));
-    let advance = |value: &mut f64, coordinate: &Coordinate, by: f64| {
-        *value = (*value + by).clamp(coordinate.range.0, coordinate.range.1);
-    };
-    for _ in 0..STEPS {
+    let all: Vec<usize> = (0..problem.recordings.len()).collect();
+    let shown_at = |point: Point| -> Option<Shown> {
         let models = model_at(&point)?;
         let rest: Vec<Vec<f64>> =
             problem.recordings.iter().zip(&models).map(|(recording, model)| recording.left_by(model)).collect();
-        let (mut global, mut locals) = selection.tangent.transposed(&rest);
+        let squares: f64 = rest.iter().flatten().map(|rest| rest * rest).sum();
+        let cost = squares + prior_cost(problem, layout, &point, &all);
+        Some(Shown { point, models, rest, cost })
+    };
+    let mut here = shown_at(selection.best.fit.point.clone())?;
+    for _ in 0..STEPS {
+        let (mut global, mut locals) = selection.tangent.transposed(&here.rest);
         for (place, coordinate) in layout.globals.iter().enumerate() {
-            global[place] -= pull(point.globals[place], coordinate.prior);
+            global[place] -= pull(here.point.globals[place], coordinate.prior);
         }
         for (number, local) in locals.iter_mut().enumerate() {
             for place in 0..layout.locals.len() {
-                local[place] -= pull(point.locals[number][place], layout.local_prior(problem, number, place));
+                local[place] -= pull(here.point.locals[number][place], layout.local_prior(problem, number, place));
             }
         }
         let step = normal.solve(&global, &locals);
-        for (place, coordinate) in layout.globals.iter().enumerate() {
-            advance(&mut point.globals[place], coordinate, step.globals[place]);
-        }
-        for (number, local) in step.locals.iter().enumerate() {
-            for (place, coordinate) in layout.locals.iter().enumerate() {
-                advance(&mut point.locals[number][place], coordinate, local[place]);
-            }
-        }
+        let mut shorter = SHORTER.into_iter().filter_map(|part| shown_at(layout.moved(&here.point, &step, part)));
+        let Some(better) = shorter.find(|there| there.cost < here.cost) else { break };
+        here = better;
     }
-    model_at(&point)
+    Some(here.models)
+}
+
+/// What a point shows with the map.
+struct Shown {
+    point: Point,
+    models: Vec<Vec<f64>>,
+    rest: Vec<Vec<f64>>,
+    cost: f64,
 }
 
 /// All recordings.
