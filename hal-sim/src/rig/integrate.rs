@@ -23,6 +23,11 @@ use super::{Kind, RigError};
 const MOST_CHANGES: usize = 5_000;
 /// The most steps that the solver may try between two events.
 const MOST_STEPS: usize = 100_000;
+/// And that are kept, for each second that is followed: twenty for each period of a ring at 5 kHz, which is more than recordings show. A
+/// hundred thousand would take 40 MB.
+const MOST_STEPS_PER_S: f64 = 1e5;
+/// However short it is.
+const ALWAYS_STEPS: f64 = 2e4;
 
 /// Verner's method of order 6 has an interpolant of degree 6. (Dormand–Prince 8(5,3) makes longer steps, but its
 /// interpolant of degree 7 is a thousand times less exact than the steps' ends, and here only the interpolant counts.)
@@ -225,6 +230,9 @@ fn follow<const N: usize>(
                 continue;
             }
             effort.steps += 1;
+            if effort.steps as f64 > ALWAYS_STEPS.max(MOST_STEPS_PER_S * until_s) {
+                return Err(RigError::Solver { time_s, reason: "it takes too many steps".to_owned() });
+            }
             let (from_s, to_s) = solver.ends_s();
             if to_s <= from_s {
                 return Err(RigError::Solver { time_s, reason: "the step became too small".to_owned() });

@@ -134,8 +134,8 @@ fn place_figure(diagnosis: &Diagnosis, answer: &Answer, pictures: &[Pictured], q
                 figcaption {
                     "Recording " (picture.name) " (" (picture.conditions) "), in which most is left: above what was observed and simulated, below what each
                      simulation leaves: means of the rest over a fiftieth of the time shown, in standard deviations that noise gives such a mean."
-                    @if answer.mechanisms.is_empty() && diagnosis.map.is_none() { " As nothing had to be added, before and after are the same." }
-                    @if diagnosis.map.is_some() { " After is with the map of what has no name." }
+                    @if answer.mechanisms.is_empty() && !picture.has_map { " As nothing had to be added, before and after are the same." }
+                    @if picture.has_map { " After is with the map of what has no name." }
                 }
             }
         }

@@ -10,6 +10,8 @@ use crate::diagnosis::{Diagnosis, predict};
 #[derive(Clone, Debug)]
 pub(super) struct Pictured {
     pub(super) name: String,
+    /// Whether what is simulated after has the map of what has no name.
+    pub(super) has_map: bool,
     /// Speed, mass and configuration, as believed.
     pub(super) conditions: String,
     /// What was observed, in the channel's unit.
@@ -49,7 +51,7 @@ const STEPS: usize = 4;
 /// Parts of a step, of which the first that helps is taken: a tangent may lead astray.
 const SHORTER: [f64; 4] = [1.0, 0.5, 0.25, 0.1];
 
-/// What the chosen model shows in each recording, with the map of what has no name where there is one.
+/// What the chosen model shows in each recording, with the map of what has no name where that leaves less.
 ///
 /// The map holds what the coordinates cannot do, and they move along with it: Gauss and Newton's steps with the tangent of the chosen
 /// model, on what the map leaves.
@@ -98,7 +100,7 @@ fn with_map(diagnosis: &Diagnosis) -> Option<Vec<Vec<f64>>> {
         let Some(better) = shorter.find(|there| there.cost < here.cost) else { break };
         here = better;
     }
-    Some(here.models)
+    (here.cost < selection.best.fit.cost).then_some(here.models)
 }
 
 /// What a point shows with the map.
@@ -151,6 +153,7 @@ pub(super) fn pictured(diagnosis: &Diagnosis, answer: &Answer, shown: &[Vec<f64>
             let configuration = &problem.configurations[recording.configuration];
             Pictured {
                 name: recording.name.clone(),
+                has_map: shown[number] != best.model[number],
                 conditions: format!(
                     "{} m/s, {} kg, configuration {configuration}",
                     crate::decimal::significant(recording.speed.value, 4),
