@@ -95,7 +95,7 @@ pub fn telling(diagnosis: &Diagnosis, answer: &Answer) -> Markup {
             strong { (words::verdict(diagnosis, answer)) }
             p { (words::gain(diagnosis, answer)) }
         }
-        (place_figure(diagnosis, answer, &pictures, quantity(diagnosis)))
+        (place_figure(answer, &pictures, quantity(diagnosis)))
     }
 }
 
@@ -120,11 +120,11 @@ fn place_section(diagnosis: &Diagnosis, answer: &Answer, pictures: &[Pictured], 
             p { "The re-tuned simulation differs from the recordings in these places, the largest share first:" }
             (sheet::places(diagnosis, answer))
         }
-        (place_figure(diagnosis, answer, pictures, quantity))
+        (place_figure(answer, pictures, quantity))
     }
 }
 
-fn place_figure(diagnosis: &Diagnosis, answer: &Answer, pictures: &[Pictured], quantity: &str) -> Markup {
+fn place_figure(answer: &Answer, pictures: &[Pictured], quantity: &str) -> Markup {
     let telling = pictures.iter().max_by(|a, b| a.misfit.total_cmp(&b.misfit));
     html! {
         @if let Some(picture) = telling {
