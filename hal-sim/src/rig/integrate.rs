@@ -205,6 +205,7 @@ fn follow<const N: usize>(
         intervals.push((0.0, None));
     }
     let mut trajectory = Trajectory::new(system.states());
+    let most_steps = ALWAYS_STEPS.max(MOST_STEPS_PER_S * until_s) as usize;
     let mut effort = Effort::default();
     let mut form = Form { system: &system, mode };
     let mut time_s = 0.0;
@@ -230,7 +231,7 @@ fn follow<const N: usize>(
                 continue;
             }
             effort.steps += 1;
-            if effort.steps as f64 > ALWAYS_STEPS.max(MOST_STEPS_PER_S * until_s) {
+            if effort.steps > most_steps {
                 return Err(RigError::Solver { time_s, reason: "it takes too many steps".to_owned() });
             }
             let (from_s, to_s) = solver.ends_s();

@@ -225,18 +225,21 @@ impl Fit {
         for (recording, values) in part.iter().zip(model) {
             all[*recording] = values;
         }
-        let residuals: Vec<Vec<f64>> = (0..problem.recordings.len())
-            .map(|recording| {
-                if all[recording].is_empty() {
-                    Vec::new()
-                } else {
-                    problem.recordings[recording].left_by(&all[recording])
-                }
-            })
+        Some((Self::showing(problem, layout, point, all, part), motions))
+    }
+
+    /// What is left where a model shows these values of each recording; none of what takes no part.
+    #[must_use]
+    pub fn showing(problem: &Problem, layout: Layout, point: Point, model: Vec<Vec<f64>>, part: Part<'_>) -> Self {
+        let residuals: Vec<Vec<f64>> = problem
+            .recordings
+            .iter()
+            .zip(&model)
+            .map(|(recording, model)| if model.is_empty() { Vec::new() } else { recording.left_by(model) })
             .collect();
         let cost =
             residuals.iter().flatten().map(|r| robust(*r)).sum::<f64>() + prior_cost(problem, &layout, &point, part);
-        Some((Self { layout, point, cost, residuals, model: all, gaining: f64::INFINITY }, motions))
+        Self { layout, point, cost, residuals, model, gaining: f64::INFINITY }
     }
 
     /// The same with every contact at the instant nearby that fits best, all else as given. A step at contact that moves past a sample is
@@ -543,8 +546,7 @@ fn stepped(
     difference(forward).or_else(|| difference(-forward))
 }
 
-/// What strains the beliefs about the rig and these recordings.
-pub fn prior_cost(problem: &Problem, layout: &Layout, point: &Point, part: Part<'_>) -> f64 {
+fn prior_cost(problem: &Problem, layout: &Layout, point: &Point, part: Part<'_>) -> f64 {
     let globals = layout.globals.iter().zip(&point.globals);
     let global: f64 = globals.map(|(coordinate, value)| strain_cost(*value, coordinate.prior)).sum();
     let local: f64 = part.iter().map(|&recording| own_prior_cost(problem, layout, point, recording)).sum();

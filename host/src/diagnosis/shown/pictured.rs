@@ -1,10 +1,10 @@
 //! The recordings as the figures show them: observed, simulated before and after, and what is left of each in units of the noise.
 
+use crate::diagnosis::Diagnosis;
 use crate::diagnosis::answer::Answer;
-use crate::diagnosis::fit::prior_cost;
+use crate::diagnosis::fit::Fit;
 use crate::diagnosis::layout::Point;
 use crate::diagnosis::locate::Course;
-use crate::diagnosis::{Diagnosis, predict};
 
 /// One recording, times in ms from the contact of the chosen model.
 #[derive(Clone, Debug)]
@@ -63,52 +63,25 @@ pub(super) fn shown_after(diagnosis: &Diagnosis) -> Vec<Vec<f64>> {
 fn with_map(diagnosis: &Diagnosis) -> Option<Vec<Vec<f64>>> {
     let map = diagnosis.map.as_ref()?;
     let (problem, selection) = (&diagnosis.problem, &diagnosis.selection);
-    let layout = &selection.best.fit.layout;
+    let fit = &selection.best.fit;
     let normal = selection.tangent.normal(0.0)?;
-    let model_at = |point: &Point| -> Option<Vec<Vec<f64>>> {
-        (0..problem.recordings.len())
-            .map(|number| {
-                let impact = predict::strike(problem, layout, point, number).ok()?;
-                let values = predict::read(problem, layout, point, number, &impact, 0.0);
-                Some(values.iter().zip(&map.added[number]).map(|(model, added)| model + added).collect())
-            })
-            .collect()
-    };
-    let pull = |value: f64, prior: Option<(f64, f64)>| prior.map_or(0.0, |(mean, sd)| (value - mean) / (sd * sd));
     let all: Vec<usize> = (0..problem.recordings.len()).collect();
-    let shown_at = |point: Point| -> Option<Shown> {
-        let models = model_at(&point)?;
-        let rest: Vec<Vec<f64>> =
-            problem.recordings.iter().zip(&models).map(|(recording, model)| recording.left_by(model)).collect();
-        let squares: f64 = rest.iter().flatten().map(|rest| rest * rest).sum();
-        let cost = squares + prior_cost(problem, layout, &point, &all);
-        Some(Shown { point, models, rest, cost })
+    let at = |point: Point| -> Option<Fit> {
+        let Fit { layout, point, mut model, .. } = Fit::at(problem, fit.layout.clone(), point, &all)?;
+        for (value, added) in model.iter_mut().flatten().zip(map.added.iter().flatten()) {
+            *value += added;
+        }
+        Some(Fit::showing(problem, layout, point, model, &all))
     };
-    let mut here = shown_at(selection.best.fit.point.clone())?;
+    let mut here = at(fit.point.clone())?;
     for _ in 0..STEPS {
-        let (mut global, mut locals) = selection.tangent.transposed(&here.rest);
-        for (place, coordinate) in layout.globals.iter().enumerate() {
-            global[place] -= pull(here.point.globals[place], coordinate.prior);
-        }
-        for (number, local) in locals.iter_mut().enumerate() {
-            for place in 0..layout.locals.len() {
-                local[place] -= pull(here.point.locals[number][place], layout.local_prior(problem, number, place));
-            }
-        }
+        let (global, locals) = here.gradients(problem, &selection.tangent, &all);
         let step = normal.solve(&global, &locals);
-        let mut shorter = SHORTER.into_iter().filter_map(|part| shown_at(layout.moved(&here.point, &step, part)));
+        let mut shorter = SHORTER.into_iter().filter_map(|part| at(fit.layout.moved(&here.point, &step, part)));
         let Some(better) = shorter.find(|there| there.cost < here.cost) else { break };
         here = better;
     }
-    (here.cost < selection.best.fit.cost).then_some(here.models)
-}
-
-/// What a point shows with the map.
-struct Shown {
-    point: Point,
-    models: Vec<Vec<f64>>,
-    rest: Vec<Vec<f64>>,
-    cost: f64,
+    (here.cost < fit.cost).then_some(here.model)
 }
 
 /// All recordings.

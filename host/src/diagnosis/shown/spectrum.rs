@@ -12,6 +12,7 @@ use crate::report::plot::{FONT, GRID, svg, tick};
 const POINTS: usize = 130;
 /// The lowest frequency shown, Hz: a recording of some tenths of a second holds a period of it.
 const LOWEST_HZ: f64 = 4.0;
+
 /// The figure; `None` where the recordings are too short for a spectrum.
 pub(super) fn figure(diagnosis: &Diagnosis, shown: &[Vec<f64>]) -> Option<String> {
     let problem = &diagnosis.problem;
