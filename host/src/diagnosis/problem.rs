@@ -8,6 +8,7 @@
 //! ```
 
 use nalgebra::{DMatrix, DVector};
+use statrs::statistics::Statistics as _;
 use thud_sim::rig::Quantity;
 
 use super::convention::{Convention, convention};
@@ -23,6 +24,12 @@ const KEPT_RATE_HZ: f64 = 5_000.0;
 const QUIET_S: f64 = 0.05;
 /// Fewer samples in a contact do not show its form.
 const FEWEST_PER_CONTACT: f64 = 8.0;
+/// Coefficients of the smooth course of a fall: gravity and a drag that grows with the speed bend it little over its length.
+const COURSE: usize = 8;
+/// Samples for each of them, at least; what a course can follow is no noise.
+const MEANS_PER_COEFFICIENT: usize = 12;
+/// Fewer quiet samples do not show how strong the noise is.
+const FEWEST_QUIET: usize = 12;
 /// Quiet time left out before the guessed contact, in contact times.
 const GUARD: f64 = 0.05;
 /// A beginning whose values scatter by more than this times the noise is not at rest.
@@ -71,7 +78,7 @@ pub struct Prepared {
     pub times_s: Vec<f64>,
     /// One series for each channel: values at the instants.
     pub series: Vec<Vec<f64>>,
-    /// What each channel shows before contact, means over as many samples as the series'; empty in a fall.
+    /// What each channel shows before contact, means over as many samples as the series'; of a fall what it shows beside a smooth course.
     pub quiet: Vec<Vec<f64>>,
     /// The noise of each channel, in means over as many samples as the series'.
     pub noise: Vec<Noise>,
@@ -256,7 +263,7 @@ impl Problem {
                 file,
                 times_s: thinned.times_s,
                 series: thinned.series,
-                quiet: thinned.rest.means(thinned.rest.averaged),
+                quiet: (0..columns.len()).map(|channel| thinned.rest.means(channel, thinned.rest.averaged)).collect(),
                 noise: Vec::new(),
                 mean_of_s2: thinned.mean_of_s2,
                 sample_s: raw.interval_s,
@@ -320,7 +327,7 @@ impl Problem {
 
 /// What a recording shows before contact, as the converter gave it.
 struct Rest {
-    /// One series for each channel; empty in a fall.
+    /// One series for each channel; empty in a short fall.
     channels: Vec<Vec<f64>>,
     /// Time between two samples, s.
     interval_s: f64,
@@ -329,10 +336,9 @@ struct Rest {
 }
 
 impl Rest {
-    /// Means over so many samples, for each channel.
-    fn means(&self, over: usize) -> Vec<Vec<f64>> {
-        let mean = |block: &[f64]| block.iter().sum::<f64>() / over as f64;
-        self.channels.iter().map(|channel| channel.chunks_exact(over).map(mean).collect()).collect()
+    /// Means of a channel over so many samples.
+    fn means(&self, channel: usize, over: usize) -> Vec<f64> {
+        self.channels[channel].chunks_exact(over).map(mean).collect()
     }
 
     fn is_as_quick_as(&self, other: &Self) -> bool {
@@ -345,13 +351,13 @@ impl Rest {
 /// where all are too few.
 fn noises(rests: &[Rest], channel: usize, coloured: bool) -> Option<Vec<Noise>> {
     let of = |stretches: Vec<Vec<f64>>| Noise::of_quiet(&stretches, coloured);
-    let together = of(rests.iter().map(|rest| rest.means(rest.averaged).swap_remove(channel)).collect())?;
+    let together = of(rests.iter().map(|rest| rest.means(channel, rest.averaged)).collect())?;
     let mut noises: Vec<Noise> = Vec::new();
     for (number, rest) in rests.iter().enumerate() {
         let alike = |other: &&Rest| rest.is_as_quick_as(other);
         let known = rests[..number].iter().position(|other| alike(&other) && other.averaged == rest.averaged);
         noises.push(known.map(|known| noises[known].clone()).unwrap_or_else(|| {
-            let stretches = rests.iter().filter(alike).map(|other| other.means(rest.averaged).swap_remove(channel));
+            let stretches = rests.iter().filter(alike).map(|other| other.means(channel, rest.averaged));
             of(stretches.collect()).unwrap_or_else(|| together.clone())
         }));
     }
@@ -399,6 +405,10 @@ pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
 fn spread(prepared: &[Prepared], channel: usize) -> f64 {
     prepared
         .iter()
@@ -413,6 +423,23 @@ pub(super) fn contact_time_s(rig: &Rig, mass_kg: f64) -> f64 {
         RigKind::Fall => 0.1,
         _ => std::f64::consts::PI * (mass_kg / crate::model::simulated(rig).effective_stiffness_n_per_m()).sqrt(),
     }
+}
+
+/// What a fall shows beside a smooth course, a polynomial of this many coefficients: noise, where means over so many samples are enough
+/// to tell them from it; else nothing.
+fn beside_course(values: &[f64], averaged: usize) -> Vec<f64> {
+    let means = values.len() / averaged;
+    if means < COURSE * MEANS_PER_COEFFICIENT {
+        return Vec::new();
+    }
+    // Chebyshev's, from -1 to 1: T_k(cos φ) = cos kφ.
+    let angle = |place: usize| (2.0 * place as f64 / (values.len() - 1) as f64 - 1.0).clamp(-1.0, 1.0).acos();
+    let courses = DMatrix::from_fn(values.len(), COURSE, |place, order| (order as f64 * angle(place)).cos()).qr().q();
+    let values = DVector::from_column_slice(values);
+    let noise = &values - &courses * courses.tr_mul(&values);
+    // What the course has taken of it.
+    let taken = (means as f64 / (means - COURSE) as f64).sqrt();
+    noise.iter().map(|value| value * taken).collect()
 }
 
 struct Raw<'a> {
@@ -469,39 +496,40 @@ impl Raw<'_> {
             .zip(&self.comes)
             .map(|(channel, comes)| {
                 let quiet = &channel[..quiet_end.max(1)];
-                if *comes { without_way(&self.times_s[..quiet.len()], quiet, contact_guess_s) } else { quiet.to_vec() }
+                if fall {
+                    // What falls is never quiet, but smooth.
+                    beside_course(channel, n)
+                } else if *comes {
+                    without_way(&self.times_s[..quiet.len()], quiet, contact_guess_s)
+                } else {
+                    quiet.to_vec()
+                }
             })
             .collect();
-        let offset_guess: Vec<f64> = rests.iter().map(|rest| rest.iter().sum::<f64>() / rest.len() as f64).collect();
         let blocks: Vec<usize> = (first..last).step_by(n).filter(|start| start + n <= last).collect();
         let whole = |start: &usize| {
             let lasts = self.times_s[start + n - 1] - self.times_s[*start];
             n == 1 || lasts < self.interval_s * (n as f64 - 0.5)
         };
         let blocks: Vec<usize> = blocks.into_iter().filter(whole).collect();
-        let mean = |values: &[f64], start: usize| values[start..start + n].iter().sum::<f64>() / n as f64;
         Some(Thinned {
             kept: last,
-            times_s: blocks.iter().map(|start| mean(self.times_s, *start)).collect(),
+            times_s: blocks.iter().map(|start| mean(&self.times_s[*start..start + n])).collect(),
             series: self
                 .channels
                 .iter()
-                .map(|channel| blocks.iter().map(|start| mean(channel, *start)).collect())
+                .map(|channel| blocks.iter().map(|start| mean(&channel[*start..start + n])).collect())
                 .collect(),
             contact_guess_s,
             mean_of_s2: ((n * n - 1) as f64) * self.interval_s * self.interval_s / 24.0,
-            quiet_rms: (quiet_end >= 12 && !fall).then(|| {
-                let stretch = &rests[0][..quiet_end];
-                (stretch.iter().map(|value| (value - offset_guess[0]).powi(2)).sum::<f64>() / (quiet_end - 1) as f64)
-                    .sqrt()
-            }),
-            offset_guess: if fall { self.channels.iter().map(|channel| channel[0]).collect() } else { offset_guess },
-            rest: Rest {
-                // Noise is taken from all of the quiet time.
-                channels: if fall { vec![Vec::new(); rests.len()] } else { rests },
-                interval_s: self.interval_s,
-                averaged: n,
+            quiet_rms: (rests[0].len() >= FEWEST_QUIET).then(|| rests[0].iter().std_dev()),
+            offset_guess: if fall {
+                self.channels.iter().map(|channel| channel[0]).collect()
+            } else {
+                rests.iter().map(|rest| mean(rest)).collect()
             },
+            // Noise is taken from all of the quiet time.
+            rest: Rest { channels: rests, interval_s: self.interval_s, averaged: n },
             even,
             too_slow: (!fall && per_contact < FEWEST_PER_CONTACT).then_some(per_contact),
         })
@@ -609,6 +637,7 @@ struct Passed {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnosis::noise::tests::coloured;
 
     /// A half sine of 40 ms and 100 N at 10 kHz, and another one 0.2 s later, after this much rest; noise of ± 0.3 N.
     fn two_pulses(rest_s: f64, count: usize) -> (Vec<f64>, Vec<f64>) {
@@ -667,6 +696,18 @@ mod tests {
     }
 
     /// The longest recording is averaged more coarsely: what it shows is whitened by noise of that colour.
+    /// 800 samples at 1 kHz, means of five.
+    #[test]
+    fn what_a_fall_shows_beside_its_course_is_its_noise() {
+        let noise: Vec<f64> = coloured(800, 3).iter().map(|value| 1e-3 * value).collect();
+        let fallen = |place: usize| 1.2 - 4.9 * (place as f64 * 1e-3).powi(2) + 0.3 * (place as f64 * 1e-3).powi(4);
+        let seen: Vec<f64> = noise.iter().enumerate().map(|(place, noise)| fallen(place) + noise).collect();
+        let told = beside_course(&seen, 5);
+        let of = |values: &[f64]| values.chunks_exact(5).map(mean).collect::<Vec<_>>().iter().std_dev();
+        assert!((of(&told) / of(&noise) - 1.0).abs() < 0.05, "{} {}", of(&told), of(&noise));
+        assert!(beside_course(&seen[..400], 5).is_empty());
+    }
+
     #[test]
     fn means_of_each_length_have_their_noise() {
         let rests = [(1, 1), (1, 2), (4, 3)].map(|(averaged, seed)| Rest {
@@ -675,7 +716,7 @@ mod tests {
             averaged,
         });
         for (rest, noise) in rests.iter().zip(noises(&rests, 0, true).expect("enough rest")) {
-            let mut means = rest.means(rest.averaged).remove(0);
+            let mut means = rest.means(0, rest.averaged);
             noise.whiten(&mut means);
             let squares = means.iter().map(|value| value * value).sum::<f64>() / means.len() as f64;
             assert!((squares - 1.0).abs() < 0.1, "{}: {squares}", rest.averaged);
