@@ -1,8 +1,8 @@
 //! Refits one more mechanism in full: where a fit begins decides where it ends.
 //!
 //! ```text
-//! scores ─▶ the best starts of each mechanism ─▶ simulate each once, a little weaker or stronger ─▶ 9 mechanisms, 2 starts each
-//!        ─▶ 2 looks ─▶ who leads, and who was promised to, until they converge ─▶ best by BIC
+//! scores ─▶ the best starts of each mechanism ─▶ simulate each once, a little weaker or stronger ─▶ 14 mechanisms, 2 starts each
+//!        ─▶ 2 looks ─▶ who leads, is about to, or was promised to, until they converge ─▶ best by BIC
 //! ```
 //!
 //! A score is a promise of a tangent, what the simulation makes of it is another opinion: half of the starts are chosen by the one,
@@ -38,9 +38,9 @@ pub struct Breadth {
 
 impl Breadth {
     /// For one more mechanism.
-    pub const MORE: Self = Self { tried: 14, begun: 4, refitted: 9, starts: 2 };
+    pub const MORE: Self = Self { tried: 20, begun: 4, refitted: 14, starts: 2 };
     /// For another in the place of one that stands.
-    pub const INSTEAD: Self = Self { tried: 8, begun: 2, refitted: 6, starts: 1 };
+    pub const INSTEAD: Self = Self { tried: 12, begun: 2, refitted: 9, starts: 1 };
     /// For either where so much is left that no tangent says anything.
     const EVERY: Self = Self { tried: usize::MAX, begun: 2, refitted: usize::MAX, starts: 1 };
 }
@@ -56,6 +56,8 @@ const PROMISING: f64 = 0.4;
 const STRAINED: f64 = 3.5;
 /// A fit may still gain so many times what its last step did; further from the best than this it is no rival even then.
 const STILL: f64 = 20.0;
+/// And one that would be the best after so many steps like its last is followed until it converges, whoever leads.
+const SOON: f64 = 4.0;
 const SPARE: f64 = 50.0;
 /// A signature of which more than this is imitated by re-tuning is mere re-tuning.
 const MERE_TUNING: f64 = 0.995;
@@ -189,8 +191,8 @@ fn beside_stated(problem: &Problem, fit: &Fit, part: Part<'_>) -> Option<Fit> {
     fits.min_by(|a, b| a.cost.total_cmp(&b.cost))
 }
 
-/// A few iterations each, as long as there is hope; then who leads, and who was promised to come near the best and has not yet, until
-/// they converge.
+/// A few iterations each, as long as there is hope; then who leads, who is about to, and who was promised to come near the best and has
+/// not yet, until they converge.
 fn finished(problem: &Problem, base: &Fit, mut starts: Vec<Start>, part: Part<'_>, wanted: f64) -> Vec<Trial> {
     let run = |fit: Fit, effort: Effort| Fit::run(problem, fit.layout, fit.point, part, effort);
     let mut best = wanted;
@@ -214,7 +216,8 @@ fn finished(problem: &Problem, base: &Fit, mut starts: Vec<Start>, part: Part<'_
         .into_par_iter()
         .enumerate()
         .filter_map(|(rank, (trial, promised))| {
-            let leads = rank < FINISHED || is_promised(base, promised, best);
+            let soon = trial.fit.cost - SOON * trial.fit.gaining < best;
+            let leads = rank < FINISHED || soon || is_promised(base, promised, best);
             if leads && may_still(base, &trial.fit, promised, best) {
                 Some(Trial::new(problem, run(trial.fit, Effort::FULL)?))
             } else {
