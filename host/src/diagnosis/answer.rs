@@ -187,10 +187,16 @@ fn unexplained(diagnosis: &Diagnosis, held_out_rmse: f64) -> Unexplained {
     let mut depends_on: Vec<&'static str> = places.iter().flat_map(|place| place.depends_on.clone()).collect();
     depends_on.sort_unstable();
     depends_on.dedup();
+    let hum = selection.hum;
+    let hums = hum.is_there() && hum.excess > selection.rest.excess.max(selection.alone.excess);
     Unexplained {
         share: rest_share(selection),
         depends_on,
-        form: map.form.clone(),
+        form: if hums {
+            format!("a line at {} Hz that is there before contact, too", hum.hz)
+        } else {
+            map.form.clone()
+        },
         held_out_rmse: lower.max(diagnosis.problem.noise_rms() * 0.9),
     }
 }

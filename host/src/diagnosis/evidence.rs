@@ -4,7 +4,7 @@
 use thud_sim::mechanism::{Mechanism, Search};
 
 use super::Diagnosis;
-use super::layout::{Layout, Role, Scope};
+use super::layout::Scope;
 use super::screen::Screened;
 use super::select::{Trial, by_chance};
 use super::verdict::twins;
@@ -111,13 +111,6 @@ pub fn evidence(diagnosis: &Diagnosis) -> Vec<Evidence> {
     all
 }
 
-/// How many parameters a model's mechanisms have.
-#[must_use]
-pub fn parameters_of(layout: &Layout) -> usize {
-    let of_mechanism = |role: Role| matches!(role, Role::Mechanism { .. });
-    layout.globals.iter().chain(&layout.locals).filter(|coordinate| of_mechanism(coordinate.role)).count()
-}
-
 /// The best model that has the mechanism and is not the chosen one.
 fn contest(diagnosis: &Diagnosis, mechanism: &Mechanism) -> Option<Contest> {
     let best = &diagnosis.selection.best;
@@ -134,7 +127,7 @@ fn contest(diagnosis: &Diagnosis, mechanism: &Mechanism) -> Option<Contest> {
         instead_of: missing.map(|entrant| entrant.effect.mechanism().id),
         chi_squared: trial.fit.cost - best.fit.cost,
         bic: trial.bic - best.bic,
-        parameters: parameters_of(&trial.fit.layout) as i64 - parameters_of(&best.fit.layout) as i64,
+        parameters: trial.fit.layout.parameters() as i64 - best.fit.layout.parameters() as i64,
         by_chance: if missing.is_none() { by_chance(&diagnosis.problem, &best.fit, &trial.fit) } else { None },
     })
 }

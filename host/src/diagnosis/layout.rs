@@ -242,6 +242,13 @@ impl Layout {
         Self { entrants, globals, locals, of_rig, offsets_as_seen: false }
     }
 
+    /// How many parameters its mechanisms have; one of each impact counts once.
+    #[must_use]
+    pub fn parameters(&self) -> usize {
+        let of_mechanism = |coordinate: &&Coordinate| matches!(coordinate.role, Role::Mechanism { .. });
+        self.globals.iter().chain(&self.locals).filter(of_mechanism).count()
+    }
+
     /// The same with one mechanism more.
     #[must_use]
     pub fn with(&self, problem: &Problem, entrant: Entrant) -> Self {

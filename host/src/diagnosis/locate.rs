@@ -21,6 +21,7 @@ use super::answer::Place;
 use super::fit::Fit;
 use super::layout::Role;
 use super::problem::Problem;
+use super::spectrum::{Hum, hum};
 
 /// Smooth forms in a phase of a recording.
 const FORMS: usize = 5;
@@ -195,7 +196,12 @@ pub fn locate(problem: &Problem, fit: &Fit) -> Vec<Place> {
     let (quiet, level) = (Quiet::of(problem), level(problem));
     // Looked at: in each phase the smooth forms of all recordings together, of each alone, the bands, and the parts.
     let looked = (Phase::ALL.len() * (1 + count + BANDS_HZ.len() - 1 + STRETCHES)) as f64;
-    let all_excess: f64 = (0..Phase::ALL.len()).map(|row| total(row).excess().max(0.0)).sum();
+    let hum = Some(hum(problem, fit)).filter(Hum::is_there);
+    let excess = |row: usize| -> f64 {
+        let of_mains = hum.filter(|_| Phase::ALL[row] == Phase::Before).map_or(0.0, |hum| hum.excess);
+        total(row).excess().max(of_mains)
+    };
+    let all_excess: f64 = (0..Phase::ALL.len()).map(excess).sum();
     let mut places = Vec::new();
     for (row, phase) in Phase::ALL.into_iter().enumerate() {
         let together: Sum = smooth[row].iter().copied().sum();
@@ -203,7 +209,9 @@ pub fn locate(problem: &Problem, fit: &Fit) -> Vec<Place> {
         let in_band = bands[row].iter().zip(&quiet.bands).map(|(sum, quiet)| sum.p(*quiet)).fold(1.0, f64::min);
         let stretches = Stretches::of(problem, fit, &courses, phase);
         let in_stretch = (0..STRETCHES).map(|part| stretches.p(part, &quiet)).fold(1.0, f64::min);
-        let p_value = (together.p(level).min(alone).min(in_band).min(in_stretch) * looked).min(1.0);
+        let hum = hum.filter(|_| phase == Phase::Before);
+        let of_mains = hum.map_or(1.0, |hum| hum.p_value);
+        let p_value = (together.p(level).min(alone).min(in_band).min(in_stretch).min(of_mains) * looked).min(1.0);
         if p_value > SIGNIFICANT || !problem.is_beyond_noise(total(row).squares, total(row).forms) {
             continue;
         }
@@ -218,10 +226,10 @@ pub fn locate(problem: &Problem, fit: &Fit) -> Vec<Place> {
         places.push(Place {
             phase: phase.word(),
             time_from_contact_s: stretches.ends_s(&shortest),
-            frequency_Hz: strongest_bands(&bands[row]),
+            frequency_Hz: hum.map_or_else(|| strongest_bands(&bands[row]), |hum| hum.band_hz),
             recordings: touched.iter().map(|number| problem.recordings[*number].name.clone()).collect(),
             depends_on: depends_on(problem, &signed[row], &smooth[row]),
-            share: if all_excess > 0.0 { total(row).excess().max(0.0) / all_excess } else { 0.0 },
+            share: if all_excess > 0.0 { excess(row) / all_excess } else { 0.0 },
             p_value,
         });
     }

@@ -1,12 +1,45 @@
 //! The spectrum of what a fit leaves.
 
+use nalgebra::{DMatrix, DVector};
 use realfft::RealFftPlanner;
+use statrs::distribution::{ContinuousCDF as _, FisherSnedecor};
 
 use super::fit::Fit;
 use super::problem::Problem;
 
 /// Length of the transform: padded with zeros, so that a line's frequency is read finely.
 const LENGTH: usize = 8192;
+
+/// Frequencies of the mains, Hz.
+const MAINS_HZ: [f64; 2] = [50.0, 60.0];
+/// Beside a line the quiet is looked at so many lines away, a line being what its length resolves.
+const BESIDE: [f64; 8] = [-4.0, -3.0, -2.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+/// Periods of a line that a quiet stretch must hold for it.
+const PERIODS: f64 = 1.0;
+
+/// Less likely by chance than this the mains are there. (A hum of d = 13 or more is as unlikely; the traces that any chain has are not.)
+const UNLIKELY: f64 = 1e-6;
+
+/// A line of the mains in the quiet before contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hum {
+    /// Its frequency, Hz.
+    pub hz: f64,
+    /// From where to where the quiet resolves it, Hz.
+    pub band_hz: [f64; 2],
+    /// Sum of squares in that line beyond what is in those beside it.
+    pub excess: f64,
+    /// Probability of that much where there is none.
+    pub p_value: f64,
+}
+
+impl Hum {
+    /// Whether it is more than chance.
+    #[must_use]
+    pub fn is_there(&self) -> bool {
+        self.p_value < UNLIKELY
+    }
+}
 
 /// Frequencies, Hz, of the highest peaks of the residuals' pooled periodogram, strongest first. The observed channel only, from the
 /// contact on, each recording freed of its mean and tapered (Hann).
@@ -18,6 +51,62 @@ pub fn lines_hz(problem: &Problem, fit: &Fit) -> Vec<f64> {
         .collect();
     peaks.sort_by(|a, b| power[*b].total_cmp(&power[*a]));
     peaks.into_iter().take(4).map(|place| frequencies[place]).collect()
+}
+
+/// What a fit leaves of the mains in the quiet. A line has a phase of its own in each recording, so that no two agree, and a colour of the
+/// noise that was taken from the same quiet holds some of it; but nothing else in a quiet stretch is so narrow. Under the right model the
+/// power of the line is to that of its neighbours as F.
+#[must_use]
+pub fn hum(problem: &Problem, fit: &Fit) -> Hum {
+    let stretches: Vec<(Vec<f64>, f64)> = problem
+        .recordings
+        .iter()
+        .zip(&fit.residuals)
+        .filter_map(|(recording, residual)| {
+            let quiet = recording.times_s.partition_point(|time| *time < recording.contact_guess_s);
+            let lasts_s = recording.times_s[quiet.checked_sub(1)?] - recording.times_s[0];
+            Some((residual.get(..quiet)?.to_vec(), lasts_s))
+        })
+        .collect();
+    of_quiet(&stretches)
+}
+
+/// Of whitened stretches, each with how long it lasts, s.
+fn of_quiet(stretches: &[(Vec<f64>, f64)]) -> Hum {
+    let resolved_hz = stretches.len() as f64 / stretches.iter().map(|(_, lasts_s)| lasts_s).sum::<f64>();
+    let power = |hz: f64, beside: f64| -> (f64, usize) {
+        let lines = stretches.iter().filter_map(|(quiet, lasts_s)| {
+            let there = hz + beside / lasts_s;
+            (hz * lasts_s >= PERIODS && there * lasts_s >= PERIODS).then(|| line(quiet, there * lasts_s))
+        });
+        lines.fold((0.0, 0), |(sum, forms), power| (sum + power, forms + 2))
+    };
+    let of_mains = MAINS_HZ.map(|hz| {
+        let (line, forms) = power(hz, 0.0);
+        let around = BESIDE.map(|beside| power(hz, beside));
+        let (noise, of_noise) = around.into_iter().fold((0.0, 0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
+        let level = noise / of_noise.max(1) as f64;
+        let by_chance = FisherSnedecor::new(forms as f64, of_noise as f64).ok().filter(|_| level > 0.0);
+        let p_value = by_chance.map_or(1.0, |by_chance| by_chance.sf(line / forms as f64 / level));
+        Hum {
+            hz,
+            band_hz: [hz - resolved_hz, hz + resolved_hz],
+            excess: line - forms as f64 * level,
+            p_value: (p_value * MAINS_HZ.len() as f64).min(1.0),
+        }
+    });
+    of_mains.into_iter().min_by(|a, b| a.p_value.total_cmp(&b.p_value)).expect("the mains have a frequency")
+}
+
+/// The sum of squares of a sine and a cosine of so many periods over a stretch, beside its mean and its slope.
+fn line(values: &[f64], periods: f64) -> f64 {
+    let forms = DMatrix::from_fn(values.len(), 4, |place, form| {
+        let along = place as f64 / (values.len() - 1) as f64;
+        let angle = std::f64::consts::TAU * periods * along;
+        [1.0, along, angle.cos(), angle.sin()][form]
+    });
+    let lines = forms.qr().q().tr_mul(&DVector::from_column_slice(values));
+    lines.iter().skip(2).map(|line| line * line).sum()
 }
 
 /// Frequencies, Hz, and the power of whitened residuals of all recordings together, over that of noise.
@@ -58,4 +147,45 @@ pub fn periodogram(problem: &Problem, residuals: &[Vec<f64>]) -> (Vec<f64>, Vec<
     power.iter_mut().for_each(|power| *power /= of_noise.max(f64::MIN_POSITIVE));
     let step = if interval_s > 0.0 { 1.0 / (interval_s * LENGTH as f64) } else { 0.0 };
     ((0..power.len()).map(|place| place as f64 * step).collect(), power)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::noise::Noise;
+    use crate::diagnosis::noise::tests::coloured;
+
+    /// Twelve stretches of 50 ms at 5 kHz, whitened by what they are themselves, with a line of this amplitude, each in a phase of its own.
+    fn of_line(amplitude: f64, hz: f64) -> Hum {
+        let quiet: Vec<Vec<f64>> = (0..12)
+            .map(|number| {
+                let line = |place: usize| std::f64::consts::TAU * hz * place as f64 / 5e3 + 2.4 * number as f64;
+                let noise = coloured(250, number);
+                noise.iter().enumerate().map(|(place, noise)| noise + amplitude * line(place).sin()).collect()
+            })
+            .collect();
+        let noise = Noise::of_quiet(&quiet, true).expect("enough");
+        let whitened = quiet.into_iter().map(|mut stretch| {
+            noise.whiten(&mut stretch);
+            (stretch, 0.05)
+        });
+        of_quiet(&whitened.collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn a_line_of_the_mains_is_no_noise_though_the_noise_was_told_with_it() {
+        for hz in MAINS_HZ {
+            let hum = of_line(0.6, hz);
+            assert!(hum.is_there() && hum.excess > 20.0, "{hum:?}");
+            assert!((hum.hz - hz).abs() < 11.0 && hum.band_hz[0] < hz && hum.band_hz[1] > hz, "{hum:?}");
+        }
+    }
+
+    #[test]
+    fn neither_coloured_noise_nor_another_line_is_of_the_mains() {
+        for hum in [of_line(0.0, 50.0), of_line(0.6, 170.0)] {
+            assert!(hum.p_value > 1e-3, "{hum:?}");
+        }
+        assert!(!of_quiet(&[]).is_there() && !of_quiet(&[(vec![1.0; 10], 0.002)]).is_there());
+    }
 }

@@ -140,13 +140,14 @@ pub fn remains(selection: &Selection) -> bool {
     rest_share(selection) > WORTH * mechanisms as f64
 }
 
-/// The part of what the baseline leaves that is still left, as far as it is significant: the excess of the rest, or of one recording
-/// alone, beside what the mechanisms have taken off χ²; and what mechanisms of unlikely shape have taken off.
+/// The part of what the baseline leaves that is still left, as far as it is significant: the excess of the rest, of one recording
+/// alone or of the mains in the quiet, beside what the mechanisms have taken off χ²; and what mechanisms of unlikely shape have taken off.
 #[must_use]
 pub fn rest_share(selection: &Selection) -> f64 {
     let together = if selection.rest.z() > SIGNIFICANT { selection.rest.excess } else { 0.0 };
     let alone = if selection.alone.p_value < UNLIKELY { selection.alone.excess } else { 0.0 };
-    let left = together.max(alone);
+    let hum = if selection.hum.is_there() { selection.hum.excess } else { 0.0 };
+    let left = together.max(alone).max(hum);
     let gained = (selection.baseline.cost - selection.best.fit.cost).max(0.0);
     // One in whose place a likelier one may be is known up to a set, not wrong.
     let likelier = |place: usize| {
@@ -185,10 +186,14 @@ fn within_reach(selection: &Selection, place: usize) -> impl Iterator<Item = (&'
     let chosen = &best.layout.entrants;
     let mechanism = |entrant: &Entrant| entrant.effect.mechanism();
     let in_place = move |(of, trial): &&(usize, Trial)| *of == place && trial.fit.layout.entrants.len() == chosen.len();
+    // The chosen one need not have the lowest BIC; what bends to each impact has no say in it.
+    let is_steady = |trial: &Trial| trial.fit.layout.entrants.iter().all(|entrant| !is_loose(mechanism(entrant)));
+    let steady = selection.rivals.iter().filter(in_place).filter(|(_, trial)| is_steady(trial));
+    let lowest = steady.map(|(_, trial)| trial.bic).fold(*bic, f64::min);
     selection.rivals.iter().filter(in_place).filter_map(move |(_, trial)| {
         let mut others = trial.fit.layout.entrants.iter().map(mechanism);
         let other = others.find(|other| chosen.iter().all(|chosen| mechanism(chosen).id != other.id))?;
         let as_good = !is_loose(other) && trial.fit.cost - best.cost < AS_GOOD;
-        (as_good || trial.bic - bic < reach).then_some((other.id, trial))
+        (as_good || trial.bic - lowest < reach).then_some((other.id, trial))
     })
 }

@@ -1,7 +1,7 @@
 //! The answer in sentences: the verdict, why a mechanism was taken, why another was not.
 
 use super::answer::{Answer, Rejected};
-use super::evidence::{Contest, Evidence, Limit, Standing, evidence, parameters_of, scope_words};
+use super::evidence::{Contest, Evidence, Limit, Standing, evidence, scope_words};
 use super::layout::Role;
 use super::retuned::retuned;
 use super::select::{BY_CHANCE, ENOUGH};
@@ -166,7 +166,7 @@ pub fn because(diagnosis: &Diagnosis, place: usize) -> String {
     let all = evidence(diagnosis);
     let mut parts = Vec::new();
     if fit.layout.entrants.len() == 1 {
-        let parameters = parameters_of(&fit.layout);
+        let parameters = fit.layout.parameters();
         parts.push(format!(
             "χ² falls by {:.0} for {parameters} parameter{}",
             selection.baseline.cost - fit.cost,
@@ -197,7 +197,12 @@ pub fn because(diagnosis: &Diagnosis, place: usize) -> String {
         if gap >= 0.0 {
             parts.push(format!("the nearest rival is {}, {gap:.0} behind in BIC", rival.mechanism.id));
         } else {
-            parts.push(format!("{} is {:.0} ahead in BIC, too little to prefer it", rival.mechanism.id, -gap));
+            let leaves = if contest.chi_squared > 0.0 {
+                format!(", but leaves χ² {:.0} higher", contest.chi_squared)
+            } else {
+                ", too little to prefer it".to_owned()
+            };
+            parts.push(format!("{} is {:.0} ahead in BIC{leaves}", rival.mechanism.id, -gap));
         }
     }
     parts.join("; ")
