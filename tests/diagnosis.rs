@@ -160,6 +160,37 @@ fn a_gain_that_re_tuning_imitates_keeps_its_twin() {
 }
 
 /// Where samples were lost is each recording's own: the model's instant is not theirs.
+/// By BIC what is rubbing and more never comes before rubbing.
+#[test]
+fn what_foretells_best_comes_first() {
+    let folder = TempDir::new().unwrap();
+    let sticking = "stiction:force_N=0.8,static_ratio=2,cell_share=0.2,rest_share=0.9,stribeck_m_per_s=0.02";
+    let mut more: Vec<&str> = RIG.into();
+    more.extend(["--mechanism", sticking, "--seed", "3"]);
+    campaign(&folder, "sticking", &more);
+    let friction = ["--only", "guide-friction", "--only", "stiction"];
+    succeeds(&folder, &[&["diagnose", "sticking", "--json", "a.json"], friction.as_slice()].concat());
+    let answer: Value = serde_json::from_str(&read(&folder, "a.json")).unwrap();
+    let first = &answer["mechanisms"][0];
+    assert_eq!((&first["id"], &first["indistinguishable_from"][0]), (&"stiction".into(), &"guide-friction".into()));
+    assert!(first["because"].as_str().unwrap().contains("ahead in BIC, but leaves χ²"), "{first}");
+}
+
+#[test]
+fn a_hum_that_the_list_does_not_know_is_no_noise() {
+    let folder = TempDir::new().unwrap();
+    let mut more: Vec<&str> = RIG.into();
+    more.extend(["--mechanism", "mains-hum:amplitude_N=0.5", "--seed", "5"]);
+    campaign(&folder, "hum", &more);
+    succeeds(&folder, &["diagnose", "hum", "--without", "mains-hum", "--json", "a.json"]);
+    let answer: Value = serde_json::from_str(&read(&folder, "a.json")).unwrap();
+    assert_eq!(answer["verdict"], "unexplained");
+    assert_eq!(answer["unexplained"]["form"], "a line at 50 Hz that is there before contact, too");
+    let place = &answer["where"][0];
+    let band = [0, 1].map(|end| place["frequency_Hz"][end].as_f64().unwrap());
+    assert!(place["phase"] == "before" && band[0] < 50.0 && band[1] > 50.0, "{place}");
+}
+
 #[test]
 fn a_model_with_an_instant_of_each_impact_finds_it_in_each_recording() {
     let folder = TempDir::new().unwrap();

@@ -31,7 +31,7 @@ pub(super) fn glossary() -> Markup {
         ),
         (
             "BIC",
-            "χ² plus a price of ln(number of samples) for each parameter of a mechanism. Of two models the one with the lower BIC is to be preferred; 10 is strong evidence. Rivals within 12 are not told apart.",
+            "χ² plus a price of ln(number of samples) for each parameter of a mechanism. Of two models the one with the lower BIC is to be preferred; 10 is strong evidence. Rivals within 12 are not told apart; of those the first is the one that would foretell best, where a parameter costs 2 (Akaike), so that another one may be ahead in BIC.",
         ),
         (
             "by chance",
