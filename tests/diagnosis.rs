@@ -159,7 +159,6 @@ fn a_gain_that_re_tuning_imitates_keeps_its_twin() {
     assert_eq!(twins, [Some("gain-error"), Some("speed-error")], "{answer}");
 }
 
-/// Where samples were lost is each recording's own: the model's instant is not theirs.
 /// By BIC what is rubbing and more never comes before rubbing.
 #[test]
 fn what_foretells_best_comes_first() {
@@ -191,6 +190,7 @@ fn a_hum_that_the_list_does_not_know_is_no_noise() {
     assert!(place["phase"] == "before" && band[0] < 50.0 && band[1] > 50.0, "{place}");
 }
 
+/// Where samples were lost is each recording's own: the model's instant is not theirs.
 #[test]
 fn a_model_with_an_instant_of_each_impact_finds_it_in_each_recording() {
     let folder = TempDir::new().unwrap();

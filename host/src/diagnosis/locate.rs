@@ -20,15 +20,13 @@ use statrs::distribution::{ChiSquared, ContinuousCDF as _, FisherSnedecor};
 use super::answer::Place;
 use super::fit::Fit;
 use super::layout::Role;
-use super::problem::Problem;
+use super::problem::{FEWEST_QUIET, Problem};
 use super::spectrum::{Hum, hum};
 
 /// Smooth forms in a phase of a recording.
 const FORMS: usize = 5;
 /// Bands of frequency within a phase: edges, Hz.
 const BANDS_HZ: [f64; 7] = [0.0, 40.0, 80.0, 160.0, 320.0, 640.0, 1500.0];
-/// Fewer samples of one recording's quiet tell nothing about its noise.
-const FEWEST_QUIET: usize = 12;
 /// More lines of a stretch are not looked at.
 const MOST_LINES: usize = 240;
 /// A place is told below this p.
@@ -197,10 +195,8 @@ pub fn locate(problem: &Problem, fit: &Fit) -> Vec<Place> {
     // Looked at: in each phase the smooth forms of all recordings together, of each alone, the bands, and the parts.
     let looked = (Phase::ALL.len() * (1 + count + BANDS_HZ.len() - 1 + STRETCHES)) as f64;
     let hum = Some(hum(problem, fit)).filter(Hum::is_there);
-    let excess = |row: usize| -> f64 {
-        let of_mains = hum.filter(|_| Phase::ALL[row] == Phase::Before).map_or(0.0, |hum| hum.excess);
-        total(row).excess().max(of_mains)
-    };
+    let of_mains = |row: usize| hum.filter(|_| Phase::ALL[row] == Phase::Before);
+    let excess = |row: usize| total(row).excess().max(of_mains(row).map_or(0.0, |hum| hum.excess));
     let all_excess: f64 = (0..Phase::ALL.len()).map(excess).sum();
     let mut places = Vec::new();
     for (row, phase) in Phase::ALL.into_iter().enumerate() {
@@ -209,9 +205,9 @@ pub fn locate(problem: &Problem, fit: &Fit) -> Vec<Place> {
         let in_band = bands[row].iter().zip(&quiet.bands).map(|(sum, quiet)| sum.p(*quiet)).fold(1.0, f64::min);
         let stretches = Stretches::of(problem, fit, &courses, phase);
         let in_stretch = (0..STRETCHES).map(|part| stretches.p(part, &quiet)).fold(1.0, f64::min);
-        let hum = hum.filter(|_| phase == Phase::Before);
-        let of_mains = hum.map_or(1.0, |hum| hum.p_value);
-        let p_value = (together.p(level).min(alone).min(in_band).min(in_stretch).min(of_mains) * looked).min(1.0);
+        let hum = of_mains(row);
+        let in_line = hum.map_or(1.0, |hum| hum.p_value);
+        let p_value = (together.p(level).min(alone).min(in_band).min(in_stretch).min(in_line) * looked).min(1.0);
         if p_value > SIGNIFICANT || !problem.is_beyond_noise(total(row).squares, total(row).forms) {
             continue;
         }

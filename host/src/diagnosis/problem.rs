@@ -28,8 +28,8 @@ const FEWEST_PER_CONTACT: f64 = 8.0;
 const COURSE: usize = 8;
 /// Samples for each of them, at least; what a course can follow is no noise.
 const MEANS_PER_COEFFICIENT: usize = 12;
-/// Fewer quiet samples do not show how strong the noise is.
-const FEWEST_QUIET: usize = 12;
+/// Fewer quiet samples of a recording do not show how strong its noise is.
+pub(super) const FEWEST_QUIET: usize = 12;
 /// Quiet time left out before the guessed contact, in contact times.
 const GUARD: f64 = 0.05;
 /// A beginning whose values scatter by more than this times the noise is not at rest.
@@ -695,7 +695,6 @@ mod tests {
         assert_eq!(raw(RigKind::Impact, &times, &values).thin().expect("a contact").kept, times.len());
     }
 
-    /// The longest recording is averaged more coarsely: what it shows is whitened by noise of that colour.
     /// 800 samples at 1 kHz, means of five.
     #[test]
     fn what_a_fall_shows_beside_its_course_is_its_noise() {
@@ -708,6 +707,7 @@ mod tests {
         assert!(beside_course(&seen[..400], 5).is_empty());
     }
 
+    /// The longest recording is averaged more coarsely: what it shows is whitened by noise of that colour.
     #[test]
     fn means_of_each_length_have_their_noise() {
         let rests = [(1, 1), (1, 2), (4, 3)].map(|(averaged, seed)| Rest {

@@ -56,9 +56,9 @@ const PROMISING: f64 = 0.4;
 const STRAINED: f64 = 3.5;
 /// A fit may still gain so many times what its last step did; further from the best than this it is no rival even then.
 const STILL: f64 = 20.0;
-/// And one that would be the best after so many steps like its last is followed until it converges, whoever leads.
-const SOON: f64 = 4.0;
 const SPARE: f64 = 50.0;
+/// One that would be the best after so many steps like its last is followed until it converges, whoever leads.
+const SOON: f64 = 4.0;
 /// A signature of which more than this is imitated by re-tuning is mere re-tuning.
 const MERE_TUNING: f64 = 0.995;
 /// How often a start that makes everything worse is taken back, and to which part of it, or one that helps is lengthened.

@@ -3,6 +3,7 @@
 //! ```text
 //! baseline ─▶ screen ─▶ refit the promising ─▶ best by BIC ─▶ is there a rest? ─▶ again … ─▶ drop what is not missed
 //!                                                  ─▶ all of it once more without what bends to each recording; the better one
+//!                                                  ─▶ of what stands for each other, first what foretells best
 //! ```
 //!
 //! BIC = χ² + p·ln N, N whitened samples, p parameters of the mechanisms (G. Schwarz, Ann. Stat. 6 (1978) 461); a mechanism
@@ -412,7 +413,7 @@ impl Selecting<'_> {
         self.exchange(from, place, trial)
     }
 
-    /// Of models that BIC cannot tell apart, the one that foretells best: a parameter more costs it 2, not ln N (H. Akaike, IEEE Trans.
+    /// Of models with another mechanism in one place, the one that foretells best: a parameter more costs it 2, not ln N (H. Akaike, IEEE Trans.
     /// Autom. Control 19 (1974) 716). Beside rubbing, of which it is a kind, sticking would never come first by BIC.
     fn foretelling(&mut self, from: Standing) -> Option<Standing> {
         let misses = |trial: &Trial| {

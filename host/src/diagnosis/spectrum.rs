@@ -17,7 +17,8 @@ const BESIDE: [f64; 8] = [-4.0, -3.0, -2.0, 2.0, 3.0, 4.0, 5.0, 6.0];
 /// Periods of a line that a quiet stretch must hold for it.
 const PERIODS: f64 = 1.0;
 
-/// Less likely by chance than this the mains are there. (A hum of d = 13 or more is as unlikely; the traces that any chain has are not.)
+/// Rarer by chance than this the mains are there: in 50 ms of quiet hums of d = 16 and 33 were, one of 22 was not; of the frozen set's 300
+/// campaigns with the traces that any chain has none was.
 const UNLIKELY: f64 = 1e-6;
 
 /// A line of the mains in the quiet before contact.
