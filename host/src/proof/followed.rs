@@ -1,7 +1,7 @@
 //! The advice, followed: an answer that cannot tell the truth from a twin asks for a recording; it is made, and tells how much better.
 //!
 //! ```text
-//! ambiguous, the truth in the set ─▶ "record 0.62 m/s …" ─▶ concealing simulator: the same rig, three such recordings more
+//! ambiguous, the truth in the set ─▶ "record 0.62 m/s …" ─▶ concealing simulator: the same rig, as many such recordings more
 //!                                                     ─▶ √(χ² of the twin − χ² of the truth), before and after
 //! ```
 //!
@@ -17,7 +17,7 @@ use super::conceal::{self, Further, Request};
 use super::hidden::Hidden;
 use super::said::Said;
 use crate::campaign::load;
-use crate::diagnosis::advice::{Asked, CHANCE, TIMES, told_apart};
+use crate::diagnosis::advice::{Asked, CHANCE, told_apart};
 
 /// No more cases than these are followed: each takes as long as a diagnosis.
 pub const MOST: usize = 40;
@@ -79,7 +79,7 @@ impl Advised {
             after_s: self.asked.after_s,
         };
         let folder = room.join(&self.case);
-        conceal::go_on(request, further, TIMES, &folder)?;
+        conceal::go_on(request, further, self.asked.times, &folder)?;
         let (one, other) = &self.asked.twins;
         let twin = if *one == self.truth { other } else { one };
         let apart = |folder: &Path| -> miette::Result<f64> { Ok(told_apart(&load(folder)?, &self.truth, twin)?) };
