@@ -188,7 +188,7 @@ fn unexplained(diagnosis: &Diagnosis, held_out_rmse: f64) -> Unexplained {
     depends_on.sort_unstable();
     depends_on.dedup();
     let hum = selection.hum;
-    let hums = hum.is_there() && hum.excess > selection.rest.excess.max(selection.alone.excess);
+    let hums = hum.is_there() && hum.excess > selection.rest.excess.max(selection.oddity.excess);
     Unexplained {
         share: rest_share(selection),
         depends_on,

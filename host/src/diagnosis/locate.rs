@@ -166,58 +166,136 @@ impl std::iter::Sum for Sum {
 /// A sum for each band.
 type Bands = [Sum; BANDS_HZ.len() - 1];
 
+/// What differs most from a fit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Oddity {
+    /// Sum of squares over what was looked at there, less their number.
+    pub excess: f64,
+    /// Probability of that much under the right model, for all that was looked at.
+    pub p_value: f64,
+}
+
+impl Oddity {
+    const NONE: Self = Self { excess: 0.0, p_value: 1.0 };
+
+    fn of(sum: Sum, p_value: f64) -> Self {
+        Self { excess: sum.excess(), p_value }
+    }
+
+    /// The less likely one; of what cannot be counted any more the larger.
+    fn or(self, other: Self) -> Self {
+        let order = self.p_value.total_cmp(&other.p_value).then(other.excess.total_cmp(&self.excess));
+        if order.is_le() { self } else { other }
+    }
+}
+
+/// What all recordings have beside a fit, by phase.
+struct Looked<'a> {
+    problem: &'a Problem,
+    fit: &'a Fit,
+    courses: Vec<Course>,
+    /// Smooth forms of each phase and recording, and the sum of the first two.
+    smooth: Vec<Vec<Sum>>,
+    signed: Vec<Vec<f64>>,
+    /// Energy of each phase by band.
+    bands: [Bands; Phase::ALL.len()],
+    quiet: Quiet,
+    level: Sum,
+}
+
+impl<'a> Looked<'a> {
+    fn at(problem: &'a Problem, fit: &'a Fit) -> Self {
+        let count = problem.recordings.len();
+        let courses: Vec<Course> = (0..count).map(|number| Course::of(problem, fit, number)).collect();
+        let mut smooth = vec![vec![Sum::default(); count]; Phase::ALL.len()];
+        let mut bands = [Bands::default(); Phase::ALL.len()];
+        let mut signed = vec![vec![0.0; count]; Phase::ALL.len()];
+        for (number, recording) in problem.recordings.iter().enumerate() {
+            let samples = recording.times_s.len();
+            for (row, phase) in Phase::ALL.into_iter().enumerate() {
+                let within: Vec<usize> =
+                    (0..samples).filter(|place| courses[number].phase(recording.times_s[*place]) == phase).collect();
+                let Some((&first, &last)) = within.first().zip(within.last()) else { continue };
+                if within.len() < 6 {
+                    continue;
+                }
+                let lines = cosines(&fit.residuals[number][first..=last]);
+                smooth[row][number] = lines.iter().take(FORMS).copied().map(Sum::of).sum();
+                add_to_bands(&mut bands[row], &lines, 0, recording.times_s[last] - recording.times_s[first]);
+                signed[row][number] = lines.iter().take(2).sum();
+            }
+        }
+        let (quiet, level) = (Quiet::of(problem), level(problem));
+        Self { problem, fit, courses, smooth, signed, bands, quiet, level }
+    }
+
+    /// How much is looked at: in each phase the smooth forms of all recordings together, of each alone, the bands, and the parts.
+    fn often(&self) -> f64 {
+        (Phase::ALL.len() * (1 + self.courses.len() + BANDS_HZ.len() - 1 + STRETCHES)) as f64
+    }
+
+    /// All that is in a phase.
+    fn total(&self, row: usize) -> Sum {
+        self.bands[row].iter().copied().sum()
+    }
+
+    fn together(&self, row: usize) -> Sum {
+        self.smooth[row].iter().copied().sum()
+    }
+
+    fn stretches(&self, row: usize) -> Stretches {
+        Stretches::of(self.problem, self.fit, &self.courses, Phase::ALL[row])
+    }
+
+    /// What is oddest in a phase.
+    fn oddity(&self, row: usize, stretches: &Stretches) -> Oddity {
+        if !self.problem.is_beyond_noise(self.total(row).squares, self.total(row).forms) {
+            return Oddity::NONE;
+        }
+        let all = std::iter::once(self.together(row)).chain(self.smooth[row].iter().copied());
+        let smooth = all.map(|sum| Oddity::of(sum, sum.p(self.level)));
+        let bands = self.bands[row].iter().zip(&self.quiet.bands).map(|(sum, quiet)| Oddity::of(*sum, sum.p(*quiet)));
+        let parts = (0..STRETCHES).map(|part| Oddity::of(stretches.part(part), stretches.p(part, &self.quiet)));
+        let oddest = smooth.chain(bands).chain(parts).fold(Oddity::NONE, Oddity::or);
+        Oddity { p_value: (oddest.p_value * self.often()).min(1.0), ..oddest }
+    }
+}
+
+/// What is oddest about a fit. The omnibus test looks for what many recordings share over a whole contact; this also sees what one of
+/// them has alone, and what is short.
+#[must_use]
+pub fn oddity(problem: &Problem, fit: &Fit) -> Oddity {
+    let looked = Looked::at(problem, fit);
+    let rows = 0..Phase::ALL.len();
+    rows.map(|row| looked.oddity(row, &looked.stretches(row))).fold(Oddity::NONE, Oddity::or)
+}
+
 /// The places where a fit differs from the recordings, the largest share first.
 #[must_use]
 pub fn locate(problem: &Problem, fit: &Fit) -> Vec<Place> {
-    let count = problem.recordings.len();
-    let courses: Vec<Course> = (0..count).map(|number| Course::of(problem, fit, number)).collect();
-    // For each phase and recording: smooth forms, and energy by band.
-    let mut smooth = vec![vec![Sum::default(); count]; Phase::ALL.len()];
-    let mut bands = [Bands::default(); Phase::ALL.len()];
-    let mut signed = vec![vec![0.0; count]; Phase::ALL.len()];
-    for (number, recording) in problem.recordings.iter().enumerate() {
-        let samples = recording.times_s.len();
-        for (row, phase) in Phase::ALL.into_iter().enumerate() {
-            let within: Vec<usize> =
-                (0..samples).filter(|place| courses[number].phase(recording.times_s[*place]) == phase).collect();
-            let Some((&first, &last)) = within.first().zip(within.last()) else { continue };
-            if within.len() < 6 {
-                continue;
-            }
-            let lines = cosines(&fit.residuals[number][first..=last]);
-            smooth[row][number] = lines.iter().take(FORMS).copied().map(Sum::of).sum();
-            add_to_bands(&mut bands[row], &lines, 0, recording.times_s[last] - recording.times_s[first]);
-            signed[row][number] = lines.iter().take(2).sum();
-        }
-    }
-    let total = |row: usize| -> Sum { bands[row].iter().copied().sum() };
-    let (quiet, level) = (Quiet::of(problem), level(problem));
-    // Looked at: in each phase the smooth forms of all recordings together, of each alone, the bands, and the parts.
-    let looked = (Phase::ALL.len() * (1 + count + BANDS_HZ.len() - 1 + STRETCHES)) as f64;
+    let looked = Looked::at(problem, fit);
+    let Looked { smooth, signed, bands, quiet, level, .. } = &looked;
     let hum = Some(hum(problem, fit)).filter(Hum::is_there);
     let of_mains = |row: usize| hum.filter(|_| Phase::ALL[row] == Phase::Before);
-    let excess = |row: usize| total(row).excess().max(of_mains(row).map_or(0.0, |hum| hum.excess));
+    let excess = |row: usize| looked.total(row).excess().max(of_mains(row).map_or(0.0, |hum| hum.excess));
     let all_excess: f64 = (0..Phase::ALL.len()).map(excess).sum();
     let mut places = Vec::new();
     for (row, phase) in Phase::ALL.into_iter().enumerate() {
-        let together: Sum = smooth[row].iter().copied().sum();
-        let alone = smooth[row].iter().map(|sum| sum.p(level)).fold(1.0, f64::min);
-        let in_band = bands[row].iter().zip(&quiet.bands).map(|(sum, quiet)| sum.p(*quiet)).fold(1.0, f64::min);
-        let stretches = Stretches::of(problem, fit, &courses, phase);
-        let in_stretch = (0..STRETCHES).map(|part| stretches.p(part, &quiet)).fold(1.0, f64::min);
+        let together = looked.together(row);
+        let stretches = looked.stretches(row);
         let hum = of_mains(row);
-        let in_line = hum.map_or(1.0, |hum| hum.p_value);
-        let p_value = (together.p(level).min(alone).min(in_band).min(in_stretch).min(in_line) * looked).min(1.0);
-        if p_value > SIGNIFICANT || !problem.is_beyond_noise(total(row).squares, total(row).forms) {
+        let in_line = hum.map_or(1.0, |hum| (hum.p_value * looked.often()).min(1.0));
+        let p_value = looked.oddity(row, &stretches).p_value.min(in_line);
+        if p_value > SIGNIFICANT {
             continue;
         }
         let shortest = stretches.shortest();
         // The recordings in which the residual is significant by itself.
         let speaks = |number: &usize| {
-            let p = smooth[row][*number].p(level).min(stretches.within(&shortest, *number).p(quiet.each[*number]));
-            p * looked < SIGNIFICANT
+            let p = smooth[row][*number].p(*level).min(stretches.within(&shortest, *number).p(quiet.each[*number]));
+            p * looked.often() < SIGNIFICANT
         };
-        let speaking: Vec<usize> = (0..count).filter(speaks).collect();
+        let speaking: Vec<usize> = (0..problem.recordings.len()).filter(speaks).collect();
         let touched = if speaking.is_empty() { fullest(&smooth[row], together) } else { speaking };
         places.push(Place {
             phase: phase.word(),
@@ -231,47 +309,6 @@ pub fn locate(problem: &Problem, fit: &Fit) -> Vec<Place> {
     }
     places.sort_by(|a, b| b.share.total_cmp(&a.share));
     places
-}
-
-/// The phase of one recording that differs most from a fit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Alone {
-    /// The recording.
-    pub recording: usize,
-    /// Sum of squares over its smooth forms, less their number.
-    pub excess: f64,
-    /// Probability of that much under the right model, for all that was looked at.
-    pub p_value: f64,
-}
-
-/// What one recording alone says against a fit: the omnibus test looks for what many share.
-#[must_use]
-pub fn alone(problem: &Problem, fit: &Fit) -> Alone {
-    let level = level(problem);
-    let mut most = Alone { recording: 0, excess: 0.0, p_value: 1.0 };
-    for (number, recording) in problem.recordings.iter().enumerate() {
-        let course = Course::of(problem, fit, number);
-        for phase in Phase::ALL {
-            let residual: Vec<f64> = recording
-                .times_s
-                .iter()
-                .zip(&fit.residuals[number])
-                .filter(|(time, _)| course.phase(**time) == phase)
-                .map(|(_, residual)| *residual)
-                .collect();
-            let squares: f64 = residual.iter().map(|residual| residual * residual).sum();
-            if residual.len() < 2 * FORMS || !problem.is_beyond_noise(squares, residual.len()) {
-                continue;
-            }
-            let sum: Sum = cosines(&residual).into_iter().take(FORMS).map(Sum::of).sum();
-            if sum.excess() > most.excess {
-                let looked = (Phase::ALL.len() * problem.recordings.len()) as f64;
-                let p_value = (sum.p(level) * looked).min(1.0);
-                most = Alone { recording: number, excess: sum.excess(), p_value };
-            }
-        }
-    }
-    most
 }
 
 /// The strength of the noise over all frequencies, as the quiet shows it: where it is known least.

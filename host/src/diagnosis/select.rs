@@ -19,13 +19,13 @@ use thud_sim::mechanism::{Mechanism, Parameter};
 use super::candidate::Reach;
 use super::fit::{Effort, Fit, Part, Tangent};
 use super::layout::{Entrant, Layout, Role, Scope};
-use super::locate::{Alone, alone};
+use super::locate::{Oddity, oddity};
 use super::omnibus::{Omnibus, omnibus};
 use super::problem::{Prepared, Problem};
 use super::refit::{Breadth, added, refit};
 use super::screen::{Screened, screen};
 use super::spectrum::{Hum, hum};
-use super::verdict::{SIGNIFICANT, UNLIKELY};
+use super::verdict::{SIGNIFICANT, UNLIKELY, WORTH};
 
 /// The first mechanism must take more off χ² than chance does in one trial of so many; thirty mechanisms are tried, from several starts
 /// each. Of 500 campaigns with traces of the usual imperfections two had a fall rarer than one in 10⁵, and one than one in 10⁶.
@@ -38,8 +38,8 @@ const UNASKED: f64 = 150.0;
 const HOPELESS: f64 = 0.3;
 /// Of a sum of squares of noise, whatever the estimate of its level, at least this is noise.
 const LEAST_NOISE: f64 = 0.8;
-/// And a further one this part of what the model has gained so far.
-const FURTHER: f64 = 0.025;
+/// And a further one this part of what the model has gained so far: a rest that is worth a word is worth a name.
+const FURTHER: f64 = WORTH;
 /// Rivals within this of the best in BIC cannot be told apart. A parameter more that the recordings do not show costs ln N, 9 to 11.
 pub const WITHIN_REACH: f64 = 12.0;
 /// A baseline that is this much worse than it could be has not converged.
@@ -67,8 +67,8 @@ pub struct Standing {
     pub tangent: Tangent,
     /// What it leaves in all recordings together.
     pub rest: Omnibus,
-    /// What one recording alone says against it.
-    pub alone: Alone,
+    /// What is oddest about it.
+    pub oddity: Oddity,
     /// What it leaves of the mains in the quiet.
     pub hum: Hum,
     /// The models without each of its mechanisms, refitted; `None` where that cannot be simulated.
@@ -94,8 +94,8 @@ pub struct Selection {
     pub told_deviations: Option<DVector<f64>>,
     /// Whether it leaves a rest.
     pub rest: Omnibus,
-    /// What one recording alone says against it.
-    pub alone: Alone,
+    /// What is oddest about it.
+    pub oddity: Oddity,
     /// What it leaves of the mains in the quiet.
     pub hum: Hum,
     /// Every other model that was refitted: which mechanism of the best it stands in for, and the model.
@@ -172,9 +172,9 @@ impl Standing {
         let fewer = (0..trial.fit.layout.entrants.len()).map(|place| without(problem, &trial, place, part)).collect();
         let tangent = trial.fit.tangent(problem, part)?;
         let rest = omnibus(problem, &trial.fit, &tangent);
-        let alone = alone(problem, &trial.fit);
+        let oddity = oddity(problem, &trial.fit);
         let hum = hum(problem, &trial.fit);
-        Some(Self { trial, tangent, rest, alone, hum, fewer })
+        Some(Self { trial, tangent, rest, oddity, hum, fewer })
     }
 
     fn entrants(&self) -> &[Entrant] {
@@ -201,7 +201,7 @@ impl Standing {
 
     /// Whether what it leaves is more than noise and traces of the usual imperfections.
     fn asks(&self) -> bool {
-        self.rest.z() > SIGNIFICANT || self.alone.p_value < UNLIKELY || self.hum.is_there()
+        self.rest.z() > SIGNIFICANT || self.oddity.p_value < UNLIKELY || self.hum.is_there()
     }
 
     /// By how much χ² grows without each of its mechanisms.
@@ -238,7 +238,7 @@ pub fn select(
     let here = selecting.foretelling(here)?;
     let Selecting { retuned, screened, rivals, .. } = selecting;
     let worth = here.worth();
-    let Standing { trial: best, tangent, rest, alone, hum, .. } = here;
+    let Standing { trial: best, tangent, rest, oddity, hum, .. } = here;
     let deviations = tangent.deviations();
     let told_deviations = tangent.deviations_without_beliefs(|global| best.fit.layout.globals[global].is_guess);
     let (baseline, baseline_tangent) = (retuned.trial.fit, retuned.tangent);
@@ -251,7 +251,7 @@ pub fn select(
         deviations,
         told_deviations,
         rest,
-        alone,
+        oddity,
         hum,
         rivals,
         worth,
