@@ -190,6 +190,16 @@ fn a_hum_that_the_list_does_not_know_is_no_noise() {
     assert!(place["phase"] == "before" && band[0] < 50.0 && band[1] > 50.0, "{place}");
 }
 
+/// A tacky pad pulls for a few milliseconds: next to nothing beside all that the contacts show.
+#[test]
+fn what_is_odd_for_a_moment_only_is_not_passed_over() {
+    let folder = TempDir::new().unwrap();
+    campaign(&folder, "tacky", &[&RIG[..], &["--mechanism", "adhesion:pull_off_N=3", "--seed", "5"]].concat());
+    succeeds(&folder, &["diagnose", "tacky", "--only", "hunt-crossley-damping", "--json", "a.json"]);
+    let answer: Value = serde_json::from_str(&read(&folder, "a.json")).unwrap();
+    assert_eq!((&answer["verdict"], &answer["where"][0]["phase"]), (&"unexplained".into(), &"after".into()));
+}
+
 /// Where samples were lost is each recording's own: the model's instant is not theirs.
 #[test]
 fn a_model_with_an_instant_of_each_impact_finds_it_in_each_recording() {

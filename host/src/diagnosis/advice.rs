@@ -322,16 +322,35 @@ fn yielded(at_hand: &Tangent, problem: &Problem, fit: &Fit) -> Option<f64> {
 mod tests {
     use super::*;
 
+    fn apart(separation: f64, is_held: bool) -> Separation {
+        let (speed_m_per_s, mass_kg, after_s) = (0.62, 10.2, 0.31);
+        Separation { speed_m_per_s, mass_kg, configuration: "elbow up".into(), after_s, is_held, separation }
+    }
+
+    /// √(4² + n·s²) has to pass 9.
+    #[test]
+    fn as_many_are_asked_for_as_surely_tell() {
+        let times = |separation| apart(separation, false).times(4.0);
+        assert_eq!([5.0, 3.0, 2.0].map(times), [Some(3), Some(8), None]);
+        // What is less than chance counts as chance.
+        assert_eq!(apart(0.8, false).times(0.1), Some(8));
+    }
+
+    #[test]
+    fn contact_is_held_only_where_a_free_impact_tells_too_little() {
+        let chosen = |free, held| {
+            let mut separations = [apart(free, false), apart(held, true)];
+            separations.sort_by(|a, b| b.separation.total_cmp(&a.separation));
+            next(&separations, 4.0).map(|(next, times)| (next.is_held, times))
+        };
+        assert_eq!(chosen(3.0, 50.0), Some((false, 8)));
+        assert_eq!(chosen(2.0, 50.0), Some((true, 3)));
+        assert_eq!(chosen(2.0, 1.0), None);
+    }
+
     #[test]
     fn what_is_asked_for_can_be_read_back() {
-        let next = Separation {
-            speed_m_per_s: 0.62,
-            mass_kg: 10.2,
-            configuration: "elbow up".into(),
-            after_s: 0.31,
-            is_held: false,
-            separation: 7.4,
-        };
+        let next = apart(7.4, false);
         let asked =
             Asked::read(&sentence(("stiction", "guide-friction"), (&next, 4), 1.2)).expect("it asks for a recording");
         assert_eq!(asked.twins, ("stiction".into(), "guide-friction".into()));
