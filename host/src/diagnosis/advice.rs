@@ -13,14 +13,12 @@ use super::fit::{Effort, Fit, Tangent};
 use super::layout::{Layout, Point, Role};
 use super::problem::{Prepared, Problem, Samples};
 use super::select::{Selection, Trial};
-use super::verdict::{Verdict, twins};
+use super::verdict::{IMPOSSIBLE, Verdict, twins};
 use super::{DiagnosisError, Options};
 use crate::campaign::Loaded;
 
 /// Speeds that are tried, over the largest that was recorded.
 const SPEEDS: [f64; 4] = [0.25, 0.6, 1.0, 1.3];
-/// A speed that is re-estimated by so many of its stated deviations is not what was stated.
-const IMPOSSIBLE: f64 = 6.0;
 /// A further recording is worth its while if it separates two models so many times better,
 pub const RAISED: f64 = 1.5;
 /// less than one standard deviation being chance.

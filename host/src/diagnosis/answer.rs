@@ -9,7 +9,7 @@ use super::layout::{Role, coordinate_of, value_of};
 use super::locate::locate;
 use super::predict;
 use super::retuned::{Retuned, retuned};
-use super::verdict::{Verdict, remains, rest_share, twins};
+use super::verdict::{Verdict, is_of_another_rig, leaves_nothing, rest_share, twins};
 use super::words;
 use super::{Diagnosis, Note};
 
@@ -157,7 +157,7 @@ pub fn answer(diagnosis: &Diagnosis) -> Answer {
             rmse: model_rmse,
             held_out_rmse: held_out,
             noise_ratio: model_rmse / noise,
-            residual_is_white: !remains(selection),
+            residual_is_white: leaves_nothing(selection),
         },
         rejected: words::rejected(diagnosis),
         unexplained: unexplained(diagnosis, held_out),
@@ -195,10 +195,24 @@ fn unexplained(diagnosis: &Diagnosis, held_out_rmse: f64) -> Unexplained {
         form: if hums {
             format!("a line at {} Hz that is there before contact, too", hum.hz)
         } else {
-            map.form.clone()
+            another_rig(diagnosis).unwrap_or_else(|| map.form.clone())
         },
         held_out_rmse: lower.max(diagnosis.problem.noise_rms() * 0.9),
     }
+}
+
+/// What is stated of the rig that the chosen model contradicts most, where it cannot do without.
+fn another_rig(diagnosis: &Diagnosis) -> Option<String> {
+    let beliefs = is_of_another_rig(&diagnosis.selection).then(|| retuned(diagnosis))?;
+    let farthest = beliefs.iter().max_by(|a, b| a.strayed().abs().total_cmp(&b.strayed().abs()))?;
+    let off = farthest.model.value / farthest.stated.value - 1.0;
+    Some(format!(
+        "the model asks for the {} {:.0} % {}, {:.0} of its stated deviations",
+        farthest.label,
+        100.0 * off.abs(),
+        if off > 0.0 { "higher than stated" } else { "lower than stated" },
+        farthest.strayed().abs()
+    ))
 }
 
 /// A mechanism's parameters in the chosen model: intervals from the curvature of χ² and from what the equations lack. What is likely of

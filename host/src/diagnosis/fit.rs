@@ -282,11 +282,22 @@ impl Fit {
     /// How far the most strained belief about rig, masses and filter is from where it was, in its deviations.
     #[must_use]
     pub fn strain(&self) -> f64 {
+        self.strain_of(self.layout.globals.len())
+    }
+
+    /// The same of what is stated of rig and masses alone.
+    #[must_use]
+    pub fn strayed(&self) -> f64 {
+        self.strain_of(self.layout.of_rig)
+    }
+
+    /// Of the first so many global coordinates.
+    fn strain_of(&self, count: usize) -> f64 {
         let deviations = |(coordinate, value): (&super::layout::Coordinate, &f64)| {
             let mechanism = matches!(coordinate.role, Role::Mechanism { .. });
             coordinate.prior.filter(|_| !mechanism).map_or(0.0, |(mean, sd)| ((value - mean) / sd).abs())
         };
-        self.layout.globals.iter().zip(&self.point.globals).map(deviations).fold(0.0, f64::max)
+        self.layout.globals.iter().take(count).zip(&self.point.globals).map(deviations).fold(0.0, f64::max)
     }
 
     /// The derivative at the fit.

@@ -34,6 +34,12 @@ impl Retuned {
         if self.stated.sd > 0.0 { (self.baseline.value - self.stated.value) / self.stated.sd } else { 0.0 }
     }
 
+    /// By how many of its stated deviations the chosen model is away from it, as factors go.
+    #[must_use]
+    pub fn strayed(&self) -> f64 {
+        (self.model.value / self.stated.value).ln() * self.stated.value / self.stated.sd
+    }
+
     /// By which part the baseline reads it higher than the chosen model.
     #[must_use]
     pub fn misread(&self) -> f64 {

@@ -5,7 +5,7 @@ use super::evidence::{Contest, Evidence, Limit, Standing, evidence, scope_words}
 use super::layout::Role;
 use super::retuned::retuned;
 use super::select::{BY_CHANCE, ENOUGH};
-use super::verdict::{Unlikely, unlikely};
+use super::verdict::{Unlikely, is_of_another_rig, unlikely};
 use super::{Diagnosis, RigKind};
 use crate::decimal::significant;
 
@@ -106,7 +106,9 @@ pub fn verdict(diagnosis: &Diagnosis, answer: &Answer) -> String {
         "unexplained" => {
             let misnamed = (0..names.len()).any(|place| unlikely(&diagnosis.selection, place).is_some());
             let names = listed(&names, "and");
-            let more = if misnamed {
+            let more = if is_of_another_rig(&diagnosis.selection) {
+                "but only on another rig than the stated one; on that, no mechanism of the list explains them"
+            } else if misnamed {
                 "or rather something that looks like it and that no mechanism of the list explains"
             } else {
                 "and something more that no mechanism of the list explains"
