@@ -190,6 +190,32 @@ fn a_hum_that_the_list_does_not_know_is_no_noise() {
     assert!(place["phase"] == "before" && band[0] < 50.0 && band[1] > 50.0, "{place}");
 }
 
+/// Other springs than the stated ones fit perfectly, and the simulation does not hold.
+#[test]
+fn a_rig_that_is_not_the_stated_one_is_no_re_tuning() {
+    let folder = TempDir::new().unwrap();
+    campaign(&folder, "stiff", &["--body-stiffness", "32000", "--seed", "5"]);
+    let stated =
+        read(&folder, "stiff/campaign.toml").replace("value = 32000.0, sd = 1600.0", "value = 25000.0, sd = 500.0");
+    std::fs::write(folder.path().join("stiff/campaign.toml"), stated).unwrap();
+    let text = succeeds(&folder, &[&["diagnose", "stiff", "--json", "a.json"], &FEW[..]].concat());
+    let answer: Value = serde_json::from_str(&read(&folder, "a.json")).unwrap();
+    assert_eq!((&answer["verdict"], &answer["mechanisms"]), (&"unexplained".into(), &Value::Array(Vec::new())));
+    assert!(answer["model"]["residual_is_white"].as_bool().unwrap(), "{answer}");
+    let form = answer["unexplained"]["form"].as_str().unwrap();
+    assert!(
+        form.starts_with("the model asks for the body springs' stiffness 2") && form.contains(" higher than stated, "),
+        "{form}"
+    );
+    assert!(
+        text.split_whitespace().collect::<Vec<_>>().join(" ").contains("are not of the rig that is stated"),
+        "{text}"
+    );
+    // What breaks the stated uncertainty has a name where the list has one.
+    let whole = succeeds(&folder, &["diagnose", "stiff", "--only", "gain-error", "--only", "speed-error"]);
+    assert!(whole.contains("The simulation leaves something out"), "{whole}");
+}
+
 /// A tacky pad pulls for a few milliseconds: next to nothing beside all that the contacts show.
 #[test]
 fn what_is_odd_for_a_moment_only_is_not_passed_over() {

@@ -100,6 +100,9 @@ pub fn verdict(diagnosis: &Diagnosis, answer: &Answer) -> String {
         "consistent" => {
             format!("The simulation holds: {recordings} show nothing beyond noise and what is stated as uncertain.")
         }
+        "unexplained" if names.is_empty() && is_of_another_rig(&diagnosis.selection) => format!(
+            "The simulation does not hold: {recordings} are not of the rig that is stated, and no mechanism of the list explains the difference."
+        ),
         "unexplained" if names.is_empty() => {
             format!("The simulation does not hold: {recordings} show something that no mechanism of the list explains.")
         }

@@ -133,6 +133,9 @@ pub(super) fn unexplained(answer: &Answer) -> String {
             format!(", goes with {}", listed(&conditions, "and"))
         }
     };
+    if rest.share == 0.0 {
+        return rest.form.clone();
+    }
     let form = if rest.form.is_empty() { String::new() } else { format!("; {}", rest.form) };
     format!("{} of the misfit has no name{depends}{form}", percent(rest.share))
 }
