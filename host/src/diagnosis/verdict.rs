@@ -16,7 +16,7 @@ use super::select::{Selection, Trial, WITHIN_REACH, is_loose};
 /// A rest is significant from here, in standard deviations of the omnibus test.
 pub const SIGNIFICANT: f64 = 6.0;
 /// What is odd in one place (a phase, a recording, a band, a moment) speaks from this p on. Of 500 campaigns with traces of the usual
-/// imperfections the oddest had 1.5e-4, the next 3.5e-3; of 240 with one effect 7 had less than 1e-7, and two of these the
+/// imperfections the oddest had 1.5e-4, the next 3.5e-3; of 240 with one effect 7 had less than 1e-7, and three of these the
 /// right name and nothing else.
 pub const UNLIKELY: f64 = 1e-7;
 /// And worth a word from this part of what the baseline leaves. No rig is quite like an equation: of the effects that the concealing
@@ -37,8 +37,8 @@ const FAR: f64 = 0.9;
 /// And surely so where it is this many of its own deviations.
 const SURELY: f64 = 6.0;
 
-/// What is re-estimated by so many of its stated deviations is not what was stated. Of 140 right names of one or two effects the one that
-/// needed it most went 5.7 of them away, of names for what the list does not have one in ten 6 to 18.
+/// What is re-estimated by so many of its stated deviations is not what was stated. Of some hundred right names the farthest went
+/// 5.7 of them; of 68 models of what the list does not have five went 6 to 18.
 pub const IMPOSSIBLE: f64 = 6.0;
 
 /// The verdict.
