@@ -119,6 +119,32 @@ fn every_pair_of_mechanisms_can_be_combined() {
     }
 }
 
+/// A piece that returns to a stop hardly pulls at the cell and is soon at rest; one without a stop swings on. Until the robot leaves both
+/// are the same.
+#[test]
+fn a_piece_comes_to_rest_at_its_stop() {
+    let rig = Rig::impact(35e3).with_pad(80e3);
+    let struck = |stop: &str| {
+        let piece = format!("moving-piece-inertia:mass_kg=0.05,pad_damping_ratio=0.05,spring_damping_ratio=0,{stop}");
+        let impact = rig.strike(&Approach::new(0.3, 6.0), &[piece.parse().unwrap()], 0.3, Accuracy::default()).unwrap();
+        let left_s = impact.truth().contacts.last().and_then(|contact| contact.end_s).expect("they part");
+        let at = |from_s: f64, to_s: f64| -> Vec<f64> {
+            let times: Vec<f64> = (0..400).map(|part| from_s + (to_s - from_s) * f64::from(part) / 400.0).collect();
+            impact.sample(Quantity::CellForce, &times)
+        };
+        let touching = at(0.0, left_s - 1e-4);
+        (touching, at(left_s, left_s + 0.01), at(left_s + 0.03, left_s + 0.06))
+    };
+    let (with, without) = (struck("stop_ratio=30"), struck("stop_ratio=0"));
+    let furthest = |forces: &[f64]| forces.iter().fold(0.0, |most: f64, force| most.max(force.abs()));
+    let lowest = |forces: &[f64]| forces.iter().copied().fold(0.0, f64::min);
+    for (with, without) in with.0.iter().zip(&without.0) {
+        assert!((with - without).abs() < 1e-3 * (1.0 + without.abs()), "{with} N, {without} N");
+    }
+    assert!(lowest(&with.1) > 0.25 * lowest(&without.1), "{} N, {} N", lowest(&with.1), lowest(&without.1));
+    assert!(furthest(&with.2) < 0.02 * furthest(&without.2), "{} N, {} N", furthest(&with.2), furthest(&without.2));
+}
+
 /// What earlier long runs found. Each is a rig (N/m, with 0 for no pad), a speed, a mass and the effects.
 #[test]
 fn what_once_defeated_it_does_so_no_more() {

@@ -213,7 +213,7 @@ fn an_end_stop_is_two_half_sines() {
 fn a_moving_piece_rings_at_its_frequency_and_loses_nothing_without_damping() {
     let (k_body, k_pad, piece) = (25e3, 80e3, 0.12);
     let rig = Rig::impact(k_body).with_pad(k_pad);
-    let inertia = "moving-piece-inertia:mass_kg=0.12,pad_damping_ratio=0,spring_damping_ratio=0";
+    let inertia = "moving-piece-inertia:mass_kg=0.12,pad_damping_ratio=0,spring_damping_ratio=0,stop_ratio=0";
     let impact = strike(&rig, 0.25, 6.0, &[inertia], 0.2);
     let ideal = strike(&rig, 0.25, 6.0, &[], 0.2);
     let contacts = impact.truth().contacts;

@@ -4,6 +4,9 @@
 //! √(k_body/m_p). A ring without loss of its own is never seen, so pad and springs bring material damping,
 //! each stated as the damping ratio that it alone would give the ring (c = 2ζ√((k_pad + k_body)·m_p)).
 //!
+//! After release it returns to the place where it lies, and may swing through it or find a stop there, a felt or the housing: a spring of
+//! κ·k_body with [`STOP_DAMPING`], which the cell does not bear.
+//!
 //! The mass is a parameter here and not a field of [`Rig`](crate::rig::Rig): the rig is the baseline, which ignores
 //! it, and a mass alone is no model, since how it rings depends on the damping and, without a pad, on the stiffness of the bare
 //! contact. A campaign's `moving_mass_kg` is what the experimenter believes this parameter to be; a simulated campaign
@@ -65,6 +68,17 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Logarithmic,
             search: Search::OneOf(&[7e5, 5e6]),
         },
+        Parameter {
+            name: "stop_ratio",
+            unit: "1",
+            meaning: "stiffness of the stop that the piece returns to, over the springs'; 0: it swings through its place of rest",
+            null: None,
+            range: (0.0, 1000.0),
+            plausible: (0.003, 30.0),
+            typical: 0.003,
+            scale: Scale::Logarithmic,
+            search: Search::OneOf(&[0.003, 10.0]),
+        },
     ],
     signature: "a ring from the first instant, damped within some cycles, and again, lower, after release; the cell lags",
     confused_with: &["frame-compliance", "viscous-damping", "mains-hum"],
@@ -72,11 +86,17 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     enter,
 };
 
+/// Damping ratio of the piece on its stop: felt and rubber buffers give back next to nothing, and at 0.7 (overshoot e^(−π·0.7/√(1 − 0.7²)),
+/// 5 %) neither does it.
+const STOP_DAMPING: f64 = 0.7;
+
 fn enter(effect: &Effect, assembly: &mut Assembly) {
     let mass_kg = effect.value(0);
     let pad = assembly.pad.get_or_insert_with(|| Element::linear(effect.value(3)));
     let critical = 2.0 * ((pad.stiffness_n_per_m + assembly.spring.stiffness_n_per_m) * mass_kg).sqrt();
     pad.damping_ns_per_m += effect.value(1) * critical;
     assembly.spring.damping_ns_per_m += effect.value(2) * critical;
-    assembly.piece = Some(Piece { mass_kg });
+    let stop_n_per_m = effect.value(4) * assembly.spring.stiffness_n_per_m;
+    let stop_ns_per_m = 2.0 * STOP_DAMPING * (stop_n_per_m * mass_kg).sqrt();
+    assembly.piece = Some(Piece { mass_kg, stop_n_per_m, stop_ns_per_m });
 }

@@ -280,6 +280,18 @@ impl Guide {
 pub struct Piece {
     /// Mass, kg.
     pub mass_kg: f64,
+    /// Stiffness of the stop that it returns to, beside the springs', N/m; 0: it swings through its place of rest.
+    pub stop_n_per_m: f64,
+    /// Damping of that stop, N·s/m. The guide's housing bears both, not the cell.
+    pub stop_ns_per_m: f64,
+}
+
+impl Piece {
+    /// What the stop does against the piece, N: it only pushes, so less than nothing until the piece leaves it.
+    #[must_use]
+    pub fn stop_n(self, piece_m: f64, piece_m_per_s: f64) -> f64 {
+        self.stop_n_per_m * piece_m + self.stop_ns_per_m * piece_m_per_s
+    }
 }
 
 /// The frame (table, stand) under the rig: a body on a spring of its own.

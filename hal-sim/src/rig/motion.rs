@@ -11,16 +11,19 @@ use super::{Kind, RigError};
 
 /// The most states that the solver is built for.
 pub(super) const MOST_STATES: usize = 12;
-/// The most events that are watched at once: contact, two of friction, two of the robot's coupling, knots and triggers.
-pub(super) const MOST_EVENTS: usize = 20;
+/// The most events that are watched at once: contact, two of friction, two of the robot's coupling, one of the piece's stop, knots and
+/// triggers.
+pub(super) const MOST_EVENTS: usize = 21;
 /// The number of the event that robot and rig touch or part.
 pub(super) const CONTACT_EVENT: usize = 0;
 /// The numbers of the events that friction changes: rest or direction.
 const GUIDE_EVENTS: [usize; 2] = [1, 2];
 /// The numbers of the events that the robot's coupling slips or holds again.
 const COUPLING_EVENTS: [usize; 2] = [3, 4];
+/// The number of the event that a heavy piece comes to its stop or leaves it.
+const STOP_EVENT: usize = 5;
 /// The number of the first law's knot; after the laws come the triggers.
-const FIRST_KNOT: usize = 5;
+const FIRST_KNOT: usize = 6;
 /// The most drives that may have a trigger.
 const MOST_TRIGGERS: usize = 4;
 
@@ -62,6 +65,15 @@ pub(super) enum Guiding {
     Sliding(f64),
 }
 
+/// Where a heavy piece is from the stop that it returns to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stop {
+    Away,
+    At,
+    /// It stays there until it is pushed again: what is left of its swing is nothing.
+    Settled,
+}
+
 /// What the coupling between the robot's link and its tip does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Coupling {
@@ -77,6 +89,7 @@ pub(super) struct Mode {
     pub(super) guiding: Guiding,
     /// Where the piece is held, while it is.
     pub(super) held_m: f64,
+    stop: Stop,
     pub(super) coupling: Coupling,
     /// How far an elastic joint has slipped so far.
     slipped_m: f64,
@@ -137,6 +150,7 @@ enum Event {
     Contact,
     Release,
     Coupling,
+    Stop,
     Knot { law: usize },
     Trigger { drive: usize },
 }
@@ -239,6 +253,7 @@ impl System {
             touching,
             guiding: self.guiding_at_touch(Guiding::Sticking),
             held_m: 0.0,
+            stop: Stop::Away,
             coupling: Coupling::Holding,
             slipped_m: 0.0,
             beyond: 0,
@@ -736,9 +751,13 @@ impl System {
         }
         instant.spring_n = self.spring(instant.piece_m, instant.piece_m_per_s, state, mode).force_n
             + self.assembly.guide.air_n(instant.piece_m_per_s);
+        let stop_n = match self.assembly.piece {
+            Some(piece) if mode.stop != Stop::Away => piece.stop_n(instant.piece_m, instant.piece_m_per_s),
+            _ => 0.0,
+        };
         instant.friction_n = match mode.guiding {
-            Guiding::Free => 0.0,
-            Guiding::Sliding(sign) => sign * instant.grip * self.assembly.guide.sliding_n(instant.contact_n),
+            Guiding::Free => stop_n,
+            Guiding::Sliding(sign) => stop_n + sign * instant.grip * self.assembly.guide.sliding_n(instant.contact_n),
             Guiding::Sticking => {
                 let swung_kg = self.assembly.piece.map_or(0.0, |piece| piece.mass_kg);
                 let swing_n = swung_kg * self.frame_m_per_s2(frame_n, mode, instant);
@@ -791,6 +810,17 @@ impl System {
                 Coupling::Slipping(sign) => margins[first] = sign * (state[link + 1] - state[1]),
             }
         }
+        if let Some(piece) = self.assembly.piece.filter(|piece| piece.stop_n_per_m > 0.0) {
+            let pulsation_per_s = (piece.stop_n_per_m / piece.mass_kg).sqrt();
+            match mode.stop {
+                // At first contact it lies at its stop; only what has been pushed away returns to it.
+                Stop::Away if !mode.touching => {
+                    margins[STOP_EVENT] = (pulsation_per_s * instant.piece_m).max(instant.piece_m_per_s);
+                }
+                Stop::At => margins[STOP_EVENT] = -piece.stop_n(instant.piece_m, instant.piece_m_per_s),
+                Stop::Away | Stop::Settled => {}
+            }
+        }
         let mut count = FIRST_KNOT;
         let mut watch = |law: Option<f64>, depth_m: f64, watched: bool| {
             if let (Some(knot_m), true) = (law, watched) {
@@ -825,9 +855,13 @@ impl System {
             Event::Contact => {
                 mode.touching = true;
                 mode.guiding = self.guiding_at_touch(mode.guiding);
+                if mode.stop == Stop::Settled {
+                    mode.stop = Stop::Away;
+                }
             }
             Event::Release => self.change_guiding(time_s, state, mode),
             Event::Coupling => self.change_coupling(time_s, state, mode),
+            Event::Stop => mode.stop = self.stop_after(mode.stop, state),
             Event::Knot { law } => mode.beyond ^= 1 << law,
             Event::Trigger { drive } => {
                 let delay_s = self.assembly.drives[self.triggered[drive]].trigger().map_or(0.0, |t| t.delay_s);
@@ -837,12 +871,24 @@ impl System {
         }
     }
 
+    /// The piece comes to its stop, or leaves it, if it still swings by a force that counts.
+    fn stop_after(&self, before: Stop, state: &[f64]) -> Stop {
+        let (Some(place), Some(piece)) = (self.layout.piece, self.assembly.piece) else { return before };
+        let swings_n = state[place + 1].abs() * (self.assembly.spring.stiffness_n_per_m * piece.mass_kg).sqrt();
+        match before {
+            Stop::At if swings_n > self.balance_n => Stop::Away,
+            Stop::At => Stop::Settled,
+            Stop::Away | Stop::Settled => Stop::At,
+        }
+    }
+
     fn event(&self, number: usize) -> Event {
         let laws = self.contact_laws + self.assembly.spring.laws.len();
         match number {
             CONTACT_EVENT => Event::Contact,
             _ if GUIDE_EVENTS.contains(&number) => Event::Release,
             _ if COUPLING_EVENTS.contains(&number) => Event::Coupling,
+            STOP_EVENT => Event::Stop,
             _ if number < FIRST_KNOT + laws => Event::Knot { law: number - FIRST_KNOT },
             _ => Event::Trigger { drive: number - FIRST_KNOT - laws },
         }
