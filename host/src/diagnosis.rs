@@ -32,6 +32,7 @@ pub mod screen;
 pub mod select;
 pub mod shown;
 pub mod spectrum;
+pub mod strangers;
 pub mod subset;
 pub mod verdict;
 pub mod words;

@@ -63,6 +63,17 @@ pub enum Scope {
 }
 
 impl Scope {
+    /// Of some recordings: a configuration where they are just its.
+    #[must_use]
+    pub fn of(problem: &Problem, some: Subset) -> Self {
+        let is_all_of = |configuration: &usize| {
+            let mut recordings = problem.recordings.iter().enumerate();
+            recordings.all(|(number, recording)| some.includes(number) == (recording.configuration == *configuration))
+        };
+        let configuration = (0..problem.configurations.len()).find(is_all_of);
+        configuration.map_or(Self::Recordings(some), Self::Configuration)
+    }
+
     /// Whether it includes a recording, given its number and that of its configuration.
     #[must_use]
     pub fn includes(self, recording: usize, configuration: usize) -> bool {

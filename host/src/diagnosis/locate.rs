@@ -30,7 +30,7 @@ const BANDS_HZ: [f64; 7] = [0.0, 40.0, 80.0, 160.0, 320.0, 640.0, 1500.0];
 /// More lines of a stretch are not looked at.
 const MOST_LINES: usize = 240;
 /// A place is told below this p.
-const SIGNIFICANT: f64 = 0.01;
+pub const SIGNIFICANT: f64 = 0.01;
 /// The force at which a contact of the model ends, over its peak.
 const SEPARATED: f64 = 0.005;
 /// Parts of a phase, each of which is looked at, and among which the shortest stretch is sought that holds most of the excess.
@@ -247,6 +247,12 @@ impl<'a> Looked<'a> {
         Stretches::of(self.problem, self.fit, &self.courses, Phase::ALL[row])
     }
 
+    /// Whether the residual of one recording is significant by itself, over a phase or in a row of its parts.
+    fn speaks(&self, row: usize, recording: usize, stretches: &Stretches, parts: &Range<usize>) -> bool {
+        let there = stretches.within(parts, recording).p(self.quiet.each[recording]);
+        self.smooth[row][recording].p(self.level).min(there) * self.often() < SIGNIFICANT
+    }
+
     /// What is oddest in a phase.
     fn oddity(&self, row: usize, stretches: &Stretches) -> Oddity {
         if !self.problem.is_beyond_noise(self.total(row).squares, self.total(row).forms) {
@@ -270,11 +276,23 @@ pub fn oddity(problem: &Problem, fit: &Fit) -> Oddity {
     rows.map(|row| looked.oddity(row, &looked.stretches(row))).fold(Oddity::NONE, Oddity::or)
 }
 
+/// The recordings in which the residual of some phase is significant by itself.
+#[must_use]
+pub fn speaking(problem: &Problem, fit: &Fit) -> Vec<usize> {
+    let looked = Looked::at(problem, fit);
+    let stretches: Vec<Stretches> = (0..Phase::ALL.len()).map(|row| looked.stretches(row)).collect();
+    let speaks = |number: &usize| {
+        let mut phases = stretches.iter().enumerate();
+        phases.any(|(row, stretches)| looked.speaks(row, *number, stretches, &stretches.shortest()))
+    };
+    (0..problem.recordings.len()).filter(speaks).collect()
+}
+
 /// The places where a fit differs from the recordings, the largest share first.
 #[must_use]
 pub fn locate(problem: &Problem, fit: &Fit) -> Vec<Place> {
     let looked = Looked::at(problem, fit);
-    let Looked { smooth, signed, bands, quiet, level, .. } = &looked;
+    let Looked { smooth, signed, bands, .. } = &looked;
     let hum = Some(hum(problem, fit)).filter(Hum::is_there);
     let of_mains = |row: usize| hum.filter(|_| Phase::ALL[row] == Phase::Before);
     let excess = |row: usize| looked.total(row).excess().max(of_mains(row).map_or(0.0, |hum| hum.excess));
@@ -290,11 +308,7 @@ pub fn locate(problem: &Problem, fit: &Fit) -> Vec<Place> {
             continue;
         }
         let shortest = stretches.shortest();
-        // The recordings in which the residual is significant by itself.
-        let speaks = |number: &usize| {
-            let p = smooth[row][*number].p(*level).min(stretches.within(&shortest, *number).p(quiet.each[*number]));
-            p * looked.often() < SIGNIFICANT
-        };
+        let speaks = |number: &usize| looked.speaks(row, *number, &stretches, &shortest);
         let speaking: Vec<usize> = (0..problem.recordings.len()).filter(speaks).collect();
         let touched = if speaking.is_empty() { fullest(&smooth[row], together) } else { speaking };
         places.push(Place {

@@ -7,7 +7,8 @@
 //!
 //! A score is a promise of a tangent, what the simulation makes of it is another opinion: half of the starts are chosen by the one,
 //! half by the other. Where the fit so far strains what was stated it imitates what is missing; then the best start of each mechanism
-//! is tried once more beside what was stated. Where very much is left, mechanisms that promise little are tried at likely strengths.
+//! is tried once more beside what was stated. Where very much is left, mechanisms that promise little are tried at likely strengths. What
+//! was promised all the same may leave a rest: then every mechanism is begun [anew](anew), whatever its score.
 
 use std::collections::HashSet;
 
@@ -20,6 +21,7 @@ use super::omnibus::Omnibus;
 use super::problem::Problem;
 use super::screen::{Screened, scale_strength};
 use super::select::Trial;
+use super::strangers::strangers;
 use super::subset::Subset;
 use super::verdict::SIGNIFICANT;
 
@@ -146,6 +148,44 @@ pub fn refit(
         starts.extend(silent.into_iter().enumerate().map(starting));
     }
     finished(problem, base, starts, part, wanted)
+}
+
+/// Every mechanism with what is typical of it, beside what was stated and beside the fit, everywhere and in the recordings that the others
+/// do not foretell: where all that was promised leaves a rest, a fit may have gone astray. Best first; above the cost `wanted` nothing
+/// matters.
+#[must_use]
+pub fn anew(problem: &Problem, base: &Fit, scores: &[Screened], part: Part<'_>, wanted: f64) -> Vec<Trial> {
+    let strangers = strangers(problem, base);
+    let mut best_of_each: Vec<&Screened> = Vec::new();
+    for score in scores {
+        let same = |other: &&mut &Screened| kind(&other.entrant).0 == kind(&score.entrant).0;
+        match best_of_each.iter_mut().find(same) {
+            Some(other) if other.z < score.z => *other = score,
+            Some(_) => (),
+            None => best_of_each.push(score),
+        }
+    }
+    let entrants = best_of_each.into_iter().flat_map(|score| {
+        let mechanism = score.entrant.effect.mechanism();
+        let typical = Entrant { own: score.entrant.own.clone(), ..Entrant::everywhere(mechanism.typical()) };
+        let mut scopes = vec![Scope::Everywhere];
+        scopes.extend(strangers);
+        if !scopes.contains(&score.entrant.scope) {
+            scopes.push(score.entrant.scope);
+        }
+        scopes.into_iter().map(move |scope| Entrant { scope, ..typical.clone() })
+    });
+    let starts = entrants.collect::<Vec<_>>().into_par_iter().flat_map_iter(|entrant| {
+        let everywhere = entrant.scope == Scope::Everywhere;
+        let layout = base.layout.with(problem, entrant);
+        let beside = layout.start_from(problem, &base.layout, &base.point);
+        let stated = layout.as_stated(&beside);
+        // Everywhere and beside the fit is where the search has begun already.
+        let points = std::iter::once(stated).chain((!everywhere).then_some(beside));
+        let fits: Vec<Fit> = points.filter_map(|start| Fit::touching(problem, layout.clone(), start, part)).collect();
+        fits.into_iter().map(|fit| Start { fit, promised: 0.0, looks: LOOKS_ANEW })
+    });
+    finished(problem, base, starts.collect(), part, wanted)
 }
 
 /// Chooses among starts, given in the order of what they promise: the most promising and what the simulation makes most of, in turn.
@@ -288,16 +328,7 @@ fn where_left(problem: &Problem, fit: &Fit) -> Scope {
         squares - residual.len() as f64 > SIGNIFICANT * (2.0 * residual.len() as f64).sqrt()
     };
     let some: Subset = (0..fit.residuals.len()).filter(|number| is_left(&fit.residuals[*number])).collect();
-    let is_all_of = |configuration: &usize| {
-        let mut recordings = problem.recordings.iter().enumerate();
-        recordings.all(|(number, recording)| some.includes(number) == (recording.configuration == *configuration))
-    };
-    if some.is_empty() || 2 * some.len() > fit.residuals.len() {
-        Scope::Everywhere
-    } else {
-        let configuration = (0..problem.configurations.len()).find(is_all_of);
-        configuration.map_or(Scope::Recordings(some), Scope::Configuration)
-    }
+    if some.is_empty() || 2 * some.len() > fit.residuals.len() { Scope::Everywhere } else { Scope::of(problem, some) }
 }
 
 /// The best starts of each mechanism by score, and what relieves a strained belief whatever its score.

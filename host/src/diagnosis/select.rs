@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! baseline ─▶ screen ─▶ refit the promising ─▶ best by BIC ─▶ is there a rest? ─▶ again … ─▶ drop what is not missed
+//!                                                  ─▶ where that leaves something, or names more than one: each one anew; the better one
 //!                                                  ─▶ all of it once more without what bends to each recording; the better one
 //!                                                  ─▶ of what stands for each other, first what foretells best
 //! ```
@@ -22,10 +23,10 @@ use super::layout::{Entrant, Layout, Role, Scope};
 use super::locate::{Oddity, oddity};
 use super::omnibus::{Omnibus, omnibus};
 use super::problem::{Prepared, Problem};
-use super::refit::{Breadth, added, refit};
+use super::refit::{Breadth, added, anew, refit};
 use super::screen::{Screened, screen};
 use super::spectrum::{Hum, hum};
-use super::verdict::{SIGNIFICANT, UNLIKELY, WORTH};
+use super::verdict::{SIGNIFICANT, UNLIKELY, WORTH, remains};
 
 /// The first mechanism must take more off χ² than chance does in one trial of so many; thirty mechanisms are tried, from several starts
 /// each. Of 500 campaigns with traces of the usual imperfections two had a fall rarer than one in 10⁵, and one than one in 10⁶.
@@ -233,29 +234,11 @@ pub fn select(
         screened: Vec::new(),
         rivals: Vec::new(),
     };
-    let here = selecting.settled(progress)?;
+    let here = selecting.settled(selecting.retuned.clone(), progress)?;
+    let here = selecting.revised(here, progress)?;
     let here = selecting.steadied(here, progress)?;
     let here = selecting.foretelling(here)?;
-    let Selecting { retuned, screened, rivals, .. } = selecting;
-    let worth = here.worth();
-    let Standing { trial: best, tangent, rest, oddity, hum, .. } = here;
-    let deviations = tangent.deviations();
-    let told_deviations = tangent.deviations_without_beliefs(|global| best.fit.layout.globals[global].is_guess);
-    let (baseline, baseline_tangent) = (retuned.trial.fit, retuned.tangent);
-    Some(Selection {
-        baseline,
-        baseline_tangent,
-        screened,
-        best,
-        tangent,
-        deviations,
-        told_deviations,
-        rest,
-        oddity,
-        hum,
-        rivals,
-        worth,
-    })
+    Some(selecting.selection(here))
 }
 
 /// A selection under way.
@@ -275,6 +258,29 @@ struct Selecting<'a> {
 }
 
 impl Selecting<'_> {
+    /// With what it came to.
+    fn selection(&self, here: Standing) -> Selection {
+        let worth = here.worth();
+        let Standing { trial: best, tangent, rest, oddity, hum, .. } = here;
+        let deviations = tangent.deviations();
+        let told_deviations = tangent.deviations_without_beliefs(|global| best.fit.layout.globals[global].is_guess);
+        let retuned = self.retuned.clone();
+        Selection {
+            baseline: retuned.trial.fit,
+            baseline_tangent: retuned.tangent,
+            screened: self.screened.clone(),
+            best,
+            tangent,
+            deviations,
+            told_deviations,
+            rest,
+            oddity,
+            hum,
+            rivals: self.rivals.clone(),
+            worth,
+        }
+    }
+
     /// By how much a model lowers χ².
     fn gained(&self, trial: &Trial) -> f64 {
         (self.retuned.trial.fit.cost - trial.fit.cost).max(0.0)
@@ -288,8 +294,8 @@ impl Selecting<'_> {
     }
 
     /// A model grown, and its mechanisms exchanged, as long as that makes it better.
-    fn settled(&mut self, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
-        let mut here = self.retuned.clone();
+    fn settled(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
+        let mut here = from;
         for round in 0..ROUNDS {
             let before = here.entrants().to_vec();
             here = self.grow(here, progress)?;
@@ -305,6 +311,36 @@ impl Selecting<'_> {
             }
         }
         Some(here)
+    }
+
+    /// Where something is left, or more is named than one steady mechanism, every one is begun anew: the fit may have gone astray, not
+    /// the list.
+    fn revised(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
+        let leaves = remains(&self.selection(from.clone()));
+        let is_plain = matches!(from.entrants(), [] | [_]) && !is_loose_model(&from.trial);
+        if is_plain && !leaves {
+            return Some(from);
+        }
+        progress("is it another one after all");
+        let retuned = &self.retuned.trial.fit;
+        let trials = anew(self.problem, retuned, &self.screened, self.part, from.trial.fit.cost);
+        let lightest = trials.iter().min_by(|a, b| self.burden(a).total_cmp(&self.burden(b)));
+        let Some(lightest) = lightest.filter(|trial| self.burden(trial) < self.burden(&from.trial) - 1.0).cloned()
+        else {
+            return Some(from);
+        };
+        let others = trials.into_iter().filter(|trial| !added(&trial.fit).is_same_as(added(&lightest.fit)));
+        let others: Vec<(usize, Trial)> = others.map(|trial| (0, trial)).collect();
+        let rivals = std::mem::replace(&mut self.rivals, others);
+        let begun = Standing::of(self.problem, lightest, self.part)?;
+        let here = self.settled(begun, progress)?;
+        let is_better = self.burden(&here.trial) < self.burden(&from.trial) - 1.0
+            && (leaves || !remains(&self.selection(here.clone())));
+        if is_better {
+            return Some(here);
+        }
+        self.rivals = rivals;
+        Some(from)
     }
 
     /// What a mechanism with a value of its own for each impact explains at one go, two others may explain as well, and neither alone
@@ -328,7 +364,7 @@ impl Selecting<'_> {
                 rivals: Vec::new(),
                 ..*self
             };
-            let mut steadier = without.settled(progress)?;
+            let mut steadier = without.settled(without.retuned.clone(), progress)?;
             if without.burden(&steadier.trial) < self.burden(&here.trial) {
                 (self.retuned, self.rivals) = (without.retuned, without.rivals);
                 std::mem::swap(&mut here, &mut steadier);
@@ -473,6 +509,11 @@ impl Selecting<'_> {
         }
         Some(here)
     }
+}
+
+/// Whether one of a model's mechanisms has a value of its own for each impact.
+fn is_loose_model(trial: &Trial) -> bool {
+    trial.fit.layout.entrants.iter().any(|entrant| is_loose(entrant.effect.mechanism()))
 }
 
 /// Whether a mechanism has a value of its own for each impact.
