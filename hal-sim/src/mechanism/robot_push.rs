@@ -1,11 +1,12 @@
 //! The robot goes on pushing: its controller still wants to be behind the rig.
 //!
-//! F = F_0·tanh(K·(v_0·t − x)/F_0)·e^(−(t/T)⁸) on the robot from the first contact on: a position controller of stiffness K
-//! whose set point goes on with the speed of approach, so that the rig's holding the robot up is a following error; its drives
-//! give F_0 at most; when its motion is over, or a supervisor stops it, the push goes (the eighth power makes a switch that a solver
-//! can follow).
+//! F = F_0·tanh(K·(s − x)/F_0)·e^(−(t/T)⁸) on the robot from the first contact on: a position controller of stiffness K
+//! whose set point s goes on with the speed of approach, so that the rig's holding the robot up is a following error. From t_r on, the time
+//! that it takes to react, the set point brakes with a, and stands at v_0·t_r + v_0²/2a, where the controller holds the robot both ways. Its
+//! drives give F_0 at most; when its motion is over, or a supervisor stops it, the push goes (the eighth power makes a switch that a
+//! solver can follow).
 //!
-//! Source: proportional position control with saturation, its corner rounded by tanh.
+//! Source: proportional position control with saturation, its corner rounded by tanh; stopping distance v·t_r + v²/2a.
 
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Drive, Motion};
@@ -14,7 +15,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "robot-push",
     group: Group::Robot,
     site: Site::Drive,
-    equation: "F = F_0·tanh(K·(v₀·t − x)/F_0)·exp(−(t/T)⁸) on the robot from first contact",
+    equation: "F = F_0·tanh(K·(s − x)/F_0)·exp(−(t/T)⁸) on the robot from first contact; s = v₀·t until t_r, then brakes with a and stands",
     source: "saturating position control; up to about 150 N",
     parameters: &[
         Parameter {
@@ -34,10 +35,10 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             meaning: "stiffness K of the position controller",
             null: None,
             range: (1.0, 1e7),
-            plausible: (1e3, 1e5),
+            plausible: (200.0, 1e5),
             typical: 2e4,
             scale: Scale::Logarithmic,
-            search: Search::OneOf(&[2e3, 2e4, 2e5]),
+            search: Search::OneOf(&[4e2, 2e4, 2e5]),
         },
         Parameter {
             name: "duration_s",
@@ -49,6 +50,28 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             typical: 100.0,
             scale: Scale::Logarithmic,
             search: Search::OneOf(&[0.08, 0.3, 10.0]),
+        },
+        Parameter {
+            name: "reaction_s",
+            unit: "s",
+            meaning: "time t_r from contact after which the set point brakes",
+            null: None,
+            range: (1e-3, 1e4),
+            plausible: (0.005, 0.5),
+            typical: 0.05,
+            scale: Scale::Logarithmic,
+            search: Search::Typical,
+        },
+        Parameter {
+            name: "deceleration_m_per_s2",
+            unit: "m/s²",
+            meaning: "deceleration a of the set point",
+            null: None,
+            range: (0.1, 1e4),
+            plausible: (1.0, 1000.0),
+            typical: 20.0,
+            scale: Scale::Logarithmic,
+            search: Search::Typical,
         },
     ],
     signature: "a longer pulse, a higher late force, contact that does not end but comes to rest at F_0, hits again",
@@ -65,6 +88,8 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
         force_n: effect.value(0),
         servo_n_per_m: effect.value(1),
         duration_s: effect.value(2),
+        reaction_s: effect.value(3),
+        deceleration_m_per_s2: effect.value(4),
         speed_m_per_s: assembly.approach.speed_m_per_s,
     }));
 }
@@ -74,7 +99,19 @@ struct Push {
     force_n: f64,
     servo_n_per_m: f64,
     duration_s: f64,
+    reaction_s: f64,
+    deceleration_m_per_s2: f64,
     speed_m_per_s: f64,
+}
+
+impl Push {
+    /// Where the controller wants the robot to be, m.
+    fn set_point_m(&self, time_s: f64) -> f64 {
+        let stops_s = (self.speed_m_per_s / self.deceleration_m_per_s2).max(0.0);
+        let braking_s = (time_s - self.reaction_s).clamp(0.0, stops_s);
+        let moving_s = time_s.min(self.reaction_s) + braking_s;
+        self.speed_m_per_s * moving_s - 0.5 * self.deceleration_m_per_s2 * braking_s * braking_s
+    }
 }
 
 impl Drive for Push {
@@ -83,9 +120,9 @@ impl Drive for Push {
             return 0.0;
         }
         let left = (-(motion.time_s / self.duration_s).powi(8)).exp();
-        let behind_m = (self.speed_m_per_s * motion.time_s - motion.position_m).max(0.0);
+        let behind_m = self.set_point_m(motion.time_s) - motion.position_m;
         let wanted = self.servo_n_per_m * behind_m / self.force_n.max(f64::MIN_POSITIVE);
-        self.force_n * if wanted < SATURATED { wanted.tanh() } else { 1.0 } * left
+        self.force_n * if wanted.abs() < SATURATED { wanted.tanh() } else { wanted.signum() } * left
     }
 }
 
@@ -118,5 +155,16 @@ mod tests {
         let contact = pushed.truth().contacts[0];
         let during = 2.0 * contact.end_s.unwrap();
         near("speed", speed, contact.speed_after_m_per_s + (impulse - during) / 6.0, 1e-3);
+    }
+
+    /// The set point stops after v·t_r + v²/2a; there the robot comes to rest, and the springs lean on it.
+    #[test]
+    fn it_comes_to_rest_at_its_stopping_distance() {
+        let push = "robot-push:force_N=600,servo_stiffness_N_per_m=1e5,reaction_s=0.03,deceleration_m_per_s2=10";
+        let impact = strike(Rig::impact(1e4), 0.2, 6.0, &[push, "viscous-damping:damping_Ns_per_m=800"]);
+        let stops_m = 0.2 * 0.03 + 0.2 * 0.2 / (2.0 * 10.0);
+        // K and the rig's springs in series divide the distance; the saturation's bend takes less than a hundredth.
+        let leans_n = stops_m / (1.0 / 1e5 + 1.0 / 1e4);
+        near("force at rest", impact.force_n(0.29), leans_n, 0.02 * leans_n);
     }
 }
