@@ -256,6 +256,28 @@ fn what_acts_in_few_recordings_is_found_where_the_others_do_not_foretell_them() 
     assert!(number(gain, "low") < -0.15 && number(gain, "high") > -0.15, "{gain}");
 }
 
+/// A position controller holds a robot at its stopping distance. What comes after the first contact depends on how it was left: a fit to whole
+/// recordings ends in a valley a thousand times too high, one that grows with them does not.
+#[test]
+fn a_robot_that_stays_is_followed_from_its_first_contact() {
+    let folder = TempDir::new().unwrap();
+    let push = "robot-push:force_N=100,servo_stiffness_N_per_m=3000,reaction_s=0.01,deceleration_m_per_s2=50";
+    let rig = ["--body-stiffness", "35000", "--repeats", "2", "--seed", "7", "--mechanism", push];
+    let mut arguments = vec!["simulate", "--speeds", "0.15,0.3", "--masses", "4,8", "--after", "0.3", "--out", "held"];
+    arguments.extend(rig);
+    succeeds(&folder, &arguments);
+    succeeds(&folder, &["diagnose", "held", "--only", "robot-push", "--json", "a.json"]);
+    let answer: Value = serde_json::from_str(&read(&folder, "a.json")).unwrap();
+    assert_eq!((&answer["verdict"], &answer["mechanisms"][0]["id"]), (&"named".into(), &"robot-push".into()));
+    let estimated = |name: &str| {
+        let parameters = answer["mechanisms"][0]["parameters"].as_array().unwrap();
+        number(parameters.iter().find(|one| one["name"] == name).expect("a parameter of it"), "value")
+    };
+    assert!(
+        (estimated("force_N") - 100.0).abs() < 15.0 && (estimated("servo_stiffness_N_per_m") - 3000.0).abs() < 900.0
+    );
+}
+
 /// Where samples were lost is each recording's own: the model's instant is not theirs.
 #[test]
 fn a_model_with_an_instant_of_each_impact_finds_it_in_each_recording() {

@@ -34,6 +34,7 @@ pub mod shown;
 pub mod spectrum;
 pub mod strangers;
 pub mod subset;
+pub mod unfold;
 pub mod verdict;
 pub mod words;
 

@@ -127,7 +127,7 @@ fn contest(diagnosis: &Diagnosis, mechanism: &Mechanism) -> Option<Contest> {
         instead_of: missing.map(|entrant| entrant.effect.mechanism().id),
         chi_squared: trial.fit.cost - best.fit.cost,
         bic: trial.bic - best.bic,
-        parameters: trial.fit.layout.parameters() as i64 - best.fit.layout.parameters() as i64,
+        parameters: trial.fit.parameters() as i64 - best.fit.parameters() as i64,
         by_chance: if missing.is_none() { by_chance(&diagnosis.problem, &best.fit, &trial.fit) } else { None },
     })
 }

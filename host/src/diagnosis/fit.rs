@@ -80,6 +80,8 @@ pub struct Fit {
     pub model: Vec<Vec<f64>>,
     /// What the last step took off χ²: nothing, where no step makes it better any more.
     pub gaining: f64,
+    /// Shapes of mechanisms of which the recordings say less than what is likely does, as the last step has seen them.
+    pub silent: usize,
 }
 
 /// The derivative of everything by all coordinates at a point.
@@ -184,18 +186,37 @@ impl Fit {
         let mut motions = None;
         for _ in 0..effort.iterations {
             let Some(tangent) = self.tangent_of(problem, part, effort, motions.as_deref()) else { break };
+            if effort.globals {
+                self.silent = self.silent_in(&tangent);
+            }
             let Some((better, moved)) = self.improve(problem, &tangent, part, effort, &mut damping) else {
                 self.gaining = 0.0;
                 break;
             };
             let gaining = self.cost - better.cost;
-            *self = Self { gaining, ..better };
+            *self = Self { gaining, silent: self.silent, ..better };
             motions = Some(moved);
             damping = (damping / 8.0).max(1e-9);
             if self.is_settled() {
                 break;
             }
         }
+    }
+
+    /// How many shapes of mechanisms hardly move anything: less than the width of what is likely of them does.
+    fn silent_in(&self, tangent: &Tangent) -> usize {
+        let of_mechanism = |place: &usize| matches!(self.layout.globals[*place].role, Role::Mechanism { .. });
+        let moves = |place: usize| -> f64 {
+            tangent.recordings.iter().map(|recording| recording.global.column(place).norm_squared()).sum()
+        };
+        let places = (0..self.layout.globals.len()).filter(of_mechanism);
+        places.filter(|&place| moves(place) < tangent.global_prior[place].powi(2)).count()
+    }
+
+    /// How many parameters its mechanisms have of which the recordings say something; one of each impact counts once.
+    #[must_use]
+    pub fn parameters(&self) -> usize {
+        self.layout.parameters() - self.silent
     }
 
     /// Whether more steps would hardly make it better.
@@ -239,7 +260,7 @@ impl Fit {
             .collect();
         let cost =
             residuals.iter().flatten().map(|r| robust(*r)).sum::<f64>() + prior_cost(problem, &layout, &point, part);
-        Self { layout, point, cost, residuals, model, gaining: f64::INFINITY }
+        Self { layout, point, cost, residuals, model, gaining: f64::INFINITY, silent: 0 }
     }
 
     /// The same with every contact at the instant nearby that fits best, all else as given. A step at contact that moves past a sample is

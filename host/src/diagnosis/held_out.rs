@@ -87,7 +87,7 @@ pub fn held_out(problem: &Problem, baseline: &Fit, fit: &Fit) -> HeldOut {
                 return Some(fitted);
             }
             let without = Fit::run(problem, baseline.layout.clone(), baseline.point.clone(), &train, Effort::AGAIN)?;
-            let asked = without.cost - fitted.cost > penalty(problem, &fit.layout);
+            let asked = without.cost - fitted.cost > penalty(problem, fit);
             Some(if asked { fitted } else { without })
         });
         let again = fitted.and_then(|fitted| {

@@ -42,7 +42,7 @@ const GAUSSIAN_MEDIAN: f64 = 0.6745;
 const MOST_SAMPLES: usize = 4_000;
 
 /// Everything that is fitted.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Problem {
     /// What is believed of the rig.
     pub rig: Rig,
@@ -68,7 +68,7 @@ pub struct ChannelModel {
 }
 
 /// A recording, ready to be fitted.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Prepared {
     /// Its file without folder and extension, as the contract names recordings.
     pub name: String,
@@ -105,7 +105,7 @@ pub struct Prepared {
 }
 
 /// Every sample of a channel.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Samples {
     /// Instants in the recording's own time, s.
     pub times_s: Vec<f64>,
@@ -150,6 +150,20 @@ impl Prepared {
 }
 
 impl Problem {
+    /// The same up to so many times the duration of the ideal contact: what comes later depends on how the robot has left, and a small
+    /// error there is a large one at the next contact.
+    #[must_use]
+    pub fn until(&self, contacts: f64) -> Self {
+        let mut shorter = self.clone();
+        for recording in &mut shorter.recordings {
+            let end_s = recording.contact_guess_s + contacts * recording.contact_time_s;
+            let samples = recording.times_s.partition_point(|time| *time <= end_s).max(2).min(recording.times_s.len());
+            recording.times_s.truncate(samples);
+            recording.series.iter_mut().for_each(|series| series.truncate(samples));
+        }
+        shorter
+    }
+
     /// Number of fitted values.
     #[must_use]
     pub fn rows(&self) -> usize {

@@ -26,6 +26,7 @@ use super::problem::{Prepared, Problem};
 use super::refit::{Breadth, added, anew, refit};
 use super::screen::{Screened, screen};
 use super::spectrum::{Hum, hum};
+use super::unfold::{touches_again, unfolded};
 use super::verdict::{SIGNIFICANT, UNLIKELY, WORTH, remains};
 
 /// The first mechanism must take more off χ² than chance does in one trial of so many; thirty mechanisms are tried, from several starts
@@ -109,18 +110,20 @@ impl Trial {
     /// Counts what its mechanisms cost.
     #[must_use]
     pub fn new(problem: &Problem, fit: Fit) -> Self {
-        let bic = fit.cost + penalty(problem, &fit.layout);
+        let bic = fit.cost + penalty(problem, &fit);
         Self { fit, bic }
     }
 }
 
-/// What a model's mechanisms cost in BIC.
+/// What a model's mechanisms cost in BIC; what hardly moves anything costs nothing.
 #[must_use]
-pub fn penalty(problem: &Problem, layout: &Layout) -> f64 {
+pub fn penalty(problem: &Problem, fit: &Fit) -> f64 {
+    let layout = &fit.layout;
     let rows = problem.rows() as f64;
     let recordings = problem.recordings.len() as f64;
     let of_mechanism = |role: Role| matches!(role, Role::Mechanism { .. });
-    let globals = layout.globals.iter().filter(|coordinate| of_mechanism(coordinate.role)).count() as f64;
+    let globals = layout.globals.iter().filter(|coordinate| of_mechanism(coordinate.role)).count();
+    let globals = (globals - fit.silent) as f64;
     let acts_in = |entrant: usize| {
         let scope = layout.entrants[entrant].scope;
         let acts = |(number, recording): &(usize, &Prepared)| scope.includes(*number, recording.configuration);
@@ -323,7 +326,10 @@ impl Selecting<'_> {
         }
         progress("is it another one after all");
         let retuned = &self.retuned.trial.fit;
-        let trials = anew(self.problem, retuned, &self.screened, self.part, from.trial.fit.cost);
+        let mut trials = anew(self.problem, retuned, &self.screened, self.part, from.trial.fit.cost);
+        if leaves && touches_again(self.problem) {
+            trials.extend(unfolded(self.problem, retuned, self.mechanisms, self.part));
+        }
         let lightest = trials.iter().min_by(|a, b| self.burden(a).total_cmp(&self.burden(b)));
         let Some(lightest) = lightest.filter(|trial| self.burden(trial) < self.burden(&from.trial) - 1.0).cloned()
         else {
@@ -453,7 +459,7 @@ impl Selecting<'_> {
     /// Autom. Control 19 (1974) 716). Beside rubbing, of which it is a kind, sticking would never come first by BIC.
     fn foretelling(&mut self, from: Standing) -> Option<Standing> {
         let misses = |trial: &Trial| {
-            trial.fit.cost + choices(self.problem, &trial.fit.layout) + 2.0 * trial.fit.layout.parameters() as f64
+            trial.fit.cost + choices(self.problem, &trial.fit.layout) + 2.0 * trial.fit.parameters() as f64
         };
         let is_steady = |trial: &Trial| !is_loose(added(&trial.fit).effect.mechanism());
         let as_many = |trial: &Trial| trial.fit.layout.entrants.len() == from.mechanisms();

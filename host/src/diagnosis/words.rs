@@ -171,7 +171,7 @@ pub fn because(diagnosis: &Diagnosis, place: usize) -> String {
     let all = evidence(diagnosis);
     let mut parts = Vec::new();
     if fit.layout.entrants.len() == 1 {
-        let parameters = fit.layout.parameters();
+        let parameters = fit.parameters();
         parts.push(format!(
             "χ² falls by {:.0} for {parameters} parameter{}",
             selection.baseline.cost - fit.cost,

@@ -1,0 +1,95 @@
+//! Fits that grow with time, where the robot touches again.
+//!
+//! ```text
+//! what moves the robot, from every start ─▶ the first contact alone ─▶ the best of each mechanism
+//!                                        ─▶ a little longer, again and again, ever fewer of them ─▶ whole recordings
+//! ```
+//!
+//! When the next contact begins depends on how the robot has left the last one: over whole recordings χ² is all valleys, and a fit ends
+//! in that where it has begun. Over the first contact it has few; from there on every stretch begins where the one before has led
+//! (multiple shooting does the same with all stretches at once: H. G. Bock, in Modelling of Chemical Reaction Systems, Springer 1981, 102).
+
+use rayon::prelude::*;
+use thud_sim::mechanism::{Effect, Group, Mechanism, Search};
+
+use super::candidate::Reach;
+use super::fit::{Effort, Fit, Part};
+use super::layout::Entrant;
+use super::problem::{Prepared, Problem};
+use super::select::Trial;
+use crate::recording::FORCE;
+
+/// The robot touches again, or still, where so many contact times after the first contact a force is this part of the peak.
+const AGAIN_CONTACTS: f64 = 1.6;
+const AGAIN_FORCE: f64 = 0.1;
+/// By how much each stretch is longer than the one before.
+const LONGER: f64 = 1.15;
+/// How many mechanisms are followed up to how many contact times.
+const FOLLOWED: [(f64, usize); 3] = [(1.5, 6), (3.0, 3), (f64::INFINITY, 2)];
+/// Where a shape that has one typical value is begun as well: this far into what is likely of it.
+const LOW: f64 = 0.25;
+
+/// Whether a recording shows that the robot touches the rig again, or has stayed.
+#[must_use]
+pub fn touches_again(problem: &Problem) -> bool {
+    let Some(force) = problem.channels.iter().position(|channel| channel.column == FORCE) else { return false };
+    problem.recordings.iter().any(|recording| {
+        let offset = recording.offset_guess[force];
+        let later = recording.contact_guess_s + AGAIN_CONTACTS * recording.contact_time_s;
+        let from = recording.times_s.partition_point(|time| *time <= later);
+        let highest = |forces: &[f64]| forces.iter().map(|force| force - offset).fold(0.0, f64::max);
+        highest(&recording.series[force][from..]) > AGAIN_FORCE * highest(&recording.series[force])
+    })
+}
+
+/// What moves the robot, everywhere and beside what was stated, fitted from the first contact on. The best comes first.
+#[must_use]
+pub fn unfolded(problem: &Problem, base: &Fit, mechanisms: &[&'static Mechanism], part: Part<'_>) -> Vec<Trial> {
+    let reach = Reach::of(problem, Vec::new());
+    let first = problem.until(1.0);
+    let run = |problem: &Problem, fit: Fit, effort| Fit::run(problem, fit.layout, fit.point, part, effort);
+    let begin = |effect: Effect| {
+        let layout = base.layout.with(problem, Entrant::everywhere(effect));
+        let start = layout.as_stated(&layout.start_from(problem, &base.layout, &base.point));
+        run(&first, Fit::touching(&first, layout, start, part)?, Effort::FULL)
+    };
+    let best_of = |mechanism: &&'static Mechanism| {
+        let fits = starts(&reach, mechanism).into_par_iter().filter_map(begin);
+        fits.min_by(|a, b| a.cost.total_cmp(&b.cost))
+    };
+    let of_robot = mechanisms.iter().filter(|mechanism| mechanism.group == Group::Robot);
+    let mut fits: Vec<Fit> = of_robot.filter_map(best_of).collect();
+    let lasts = |recording: &Prepared| {
+        recording.times_s.last().map_or(0.0, |end| (end - recording.contact_guess_s) / recording.contact_time_s)
+    };
+    let whole = problem.recordings.iter().map(lasts).fold(1.0, f64::max);
+    let mut contacts = LONGER;
+    while contacts < whole {
+        let longer = problem.until(contacts);
+        fits = fits.into_par_iter().filter_map(|fit| run(&longer, fit, Effort::AGAIN)).collect();
+        fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        let followed = FOLLOWED.iter().find(|(until, _)| contacts < *until).map_or(1, |(_, many)| *many);
+        fits.truncate(followed);
+        contacts *= LONGER;
+    }
+    let fits = fits.into_par_iter().filter_map(|fit| run(problem, fit, Effort::FULL));
+    let mut trials: Vec<Trial> = fits.map(|fit| Trial::new(problem, fit)).collect();
+    trials.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+    trials
+}
+
+/// A mechanism's starts, and the same with each typical value lower.
+fn starts(reach: &Reach, mechanism: &'static Mechanism) -> Vec<Effect> {
+    let starts = reach.starts(mechanism);
+    let typical = mechanism.parameters.iter().enumerate().filter(|(_, one)| one.search == Search::Typical);
+    let lower = typical.flat_map(|(place, parameter)| {
+        let (low, high) = parameter.plausible;
+        let value = if low > 0.0 { low * (high / low).powf(LOW) } else { low + LOW * (high - low) };
+        starts.iter().filter_map(move |start| {
+            let mut effect = start.clone();
+            effect.set_value(place, value).ok()?;
+            Some(effect)
+        })
+    });
+    lower.chain(starts.iter().cloned()).collect()
+}
