@@ -115,7 +115,10 @@ impl Trial {
     }
 }
 
-/// What a model's mechanisms cost in BIC; what hardly moves anything costs nothing.
+/// What a parameter costs of which the recordings say nothing: it lowers χ² by nothing (Akaike's price is enough), but is one.
+const SILENT: f64 = 2.0;
+
+/// What a model's mechanisms cost in BIC; a shape that hardly moves anything costs little.
 #[must_use]
 pub fn penalty(problem: &Problem, fit: &Fit) -> f64 {
     let layout = &fit.layout;
@@ -123,7 +126,7 @@ pub fn penalty(problem: &Problem, fit: &Fit) -> f64 {
     let recordings = problem.recordings.len() as f64;
     let of_mechanism = |role: Role| matches!(role, Role::Mechanism { .. });
     let globals = layout.globals.iter().filter(|coordinate| of_mechanism(coordinate.role)).count();
-    let globals = (globals - fit.silent) as f64;
+    let telling = (globals - fit.silent) as f64;
     let acts_in = |entrant: usize| {
         let scope = layout.entrants[entrant].scope;
         let acts = |(number, recording): &(usize, &Prepared)| scope.includes(*number, recording.configuration);
@@ -137,7 +140,7 @@ pub fn penalty(problem: &Problem, fit: &Fit) -> f64 {
             _ => 0.0,
         })
         .sum();
-    globals * rows.ln() + locals * (rows / recordings).ln() + choices(problem, layout)
+    telling * rows.ln() + fit.silent as f64 * SILENT + locals * (rows / recordings).ln() + choices(problem, layout)
 }
 
 /// What the choice of the recordings that mechanisms act in costs: how many of them, and which.
@@ -459,7 +462,7 @@ impl Selecting<'_> {
     /// Autom. Control 19 (1974) 716). Beside rubbing, of which it is a kind, sticking would never come first by BIC.
     fn foretelling(&mut self, from: Standing) -> Option<Standing> {
         let misses = |trial: &Trial| {
-            trial.fit.cost + choices(self.problem, &trial.fit.layout) + 2.0 * trial.fit.parameters() as f64
+            trial.fit.cost + choices(self.problem, &trial.fit.layout) + 2.0 * trial.fit.layout.parameters() as f64
         };
         let is_steady = |trial: &Trial| !is_loose(added(&trial.fit).effect.mechanism());
         let as_many = |trial: &Trial| trial.fit.layout.entrants.len() == from.mechanisms();
