@@ -281,7 +281,10 @@ fn a_push_ends_in_a_held_contact() {
         &rig,
         0.2,
         6.0,
-        &["robot-push:force_N=40,servo_stiffness_N_per_m=10000", "hunt-crossley-damping:alpha_s_per_m=4"],
+        &[
+            "robot-push:force_N=40,servo_stiffness_N_per_m=10000,reaction_s=100",
+            "hunt-crossley-damping:alpha_s_per_m=4",
+        ],
         6.0,
     );
     let last = *impact.truth().contacts.last().unwrap();

@@ -96,7 +96,7 @@ fn plan(kind: Kind, region: Region, session: usize, chance: &mut ChaCha8Rng) -> 
     let mut effects =
         vec![effect(&damping), effect(&friction), effect(&format!("moving-piece-inertia:mass_kg={piece_kg}"))];
     if chance.random_bool(0.5) {
-        effects.push(effect(&format!("robot-push:force_N={}", between(5.0, 30.0, chance))));
+        effects.push(effect(&format!("robot-push:force_N={},reaction_s=100", between(5.0, 30.0, chance))));
     }
     let elastic = |(fraction, frequency): (f64, f64)| {
         effect(&format!("joint-elasticity:link_fraction={fraction},frequency_Hz={frequency}"))
