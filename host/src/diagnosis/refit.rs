@@ -8,7 +8,7 @@
 //! A score is a promise of a tangent, what the simulation makes of it is another opinion: half of the starts are chosen by the one,
 //! half by the other. Where the fit so far strains what was stated it imitates what is missing; then the best start of each mechanism
 //! is tried once more beside what was stated. Where very much is left, mechanisms that promise little are tried at likely strengths. What
-//! was promised all the same may leave a rest: then every mechanism is begun [anew](anew), whatever its score.
+//! was promised all the same may leave a rest: then every mechanism is begun [anew], whatever its score.
 
 use std::collections::HashSet;
 
