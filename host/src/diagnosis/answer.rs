@@ -204,7 +204,9 @@ fn unexplained(diagnosis: &Diagnosis, held_out_rmse: f64) -> Unexplained {
 /// What is stated of the rig that the chosen model contradicts most, where it cannot do without.
 fn another_rig(diagnosis: &Diagnosis) -> Option<String> {
     let beliefs = is_of_another_rig(&diagnosis.selection).then(|| retuned(diagnosis))?;
-    let farthest = beliefs.iter().max_by(|a, b| a.strayed().abs().total_cmp(&b.strayed().abs()))?;
+    let layout = &diagnosis.selection.best.fit.layout;
+    let held = beliefs.iter().filter(|belief| layout.holds_stated(belief.role));
+    let farthest = held.max_by(|a, b| a.strayed().abs().total_cmp(&b.strayed().abs()))?;
     let off = farthest.model.value / farthest.stated.value - 1.0;
     Some(format!(
         "the model asks for the {} {:.0} % {}, {:.0} of its stated deviations",

@@ -303,22 +303,24 @@ impl Fit {
     /// How far the most strained belief about rig, masses and filter is from where it was, in its deviations.
     #[must_use]
     pub fn strain(&self) -> f64 {
-        self.strain_of(self.layout.globals.len())
+        self.strain_of(|_| true)
     }
 
-    /// The same of what is stated of rig and masses alone.
+    /// The same of what is stated of rig and masses alone, as far as its mechanisms do not say themselves that it is otherwise.
     #[must_use]
     pub fn strayed(&self) -> f64 {
-        self.strain_of(self.layout.of_rig)
+        self.strain_of(|role| self.layout.holds_stated(role))
     }
 
-    /// Of the first so many global coordinates.
-    fn strain_of(&self, count: usize) -> f64 {
-        let deviations = |(coordinate, value): (&super::layout::Coordinate, &f64)| {
-            let mechanism = matches!(coordinate.role, Role::Mechanism { .. });
-            coordinate.prior.filter(|_| !mechanism).map_or(0.0, |(mean, sd)| ((value - mean) / sd).abs())
+    /// Of some global coordinates.
+    fn strain_of(&self, of: impl Fn(Role) -> bool) -> f64 {
+        let believed = |coordinate: &&super::layout::Coordinate| {
+            !matches!(coordinate.role, Role::Mechanism { .. }) && of(coordinate.role)
         };
-        self.layout.globals.iter().take(count).zip(&self.point.globals).map(deviations).fold(0.0, f64::max)
+        let deviations = |(coordinate, value): (&super::layout::Coordinate, &f64)| {
+            coordinate.prior.filter(|_| believed(&coordinate)).map_or(0.0, |(mean, sd)| ((value - mean) / sd).abs())
+        };
+        self.layout.globals.iter().zip(&self.point.globals).map(deviations).fold(0.0, f64::max)
     }
 
     /// The derivative at the fit.

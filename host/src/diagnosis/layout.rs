@@ -183,6 +183,19 @@ pub fn value_of(parameter: &Parameter, coordinate: f64) -> f64 {
 }
 
 impl Layout {
+    /// Whether a global coordinate should be where it was stated, within what was stated of it: a stiffness, or a mass of which no mechanism
+    /// says that it is otherwise. (That one mass is wrong casts doubt on all: they have one source.)
+    #[must_use]
+    pub fn holds_stated(&self, role: Role) -> bool {
+        let doubts_masses =
+            || self.entrants.iter().any(|entrant| entrant.effect.mechanism().id == "pose-dependent-mass");
+        match role {
+            Role::Body | Role::Pad => true,
+            Role::Mass(_) => !doubts_masses(),
+            _ => false,
+        }
+    }
+
     /// The coordinates of a campaign with these mechanisms.
     #[must_use]
     pub fn new(problem: &Problem, entrants: Vec<Entrant>) -> Self {

@@ -13,6 +13,8 @@ const DEVIATIONS_95: f64 = 1.959_964;
 /// One belief.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Retuned {
+    /// What it is about.
+    pub role: Role,
     /// Its name with the unit, as a campaign writes it; for a mass the ratio to the stated one.
     pub name: String,
     /// Its name for people.
@@ -98,7 +100,15 @@ pub fn retuned(diagnosis: &Diagnosis) -> Vec<Retuned> {
                 _ => return None,
             };
             let by = stated.value;
-            Some(Retuned { name, label, unit, stated, baseline: scaled(by, ratio), model: scaled(by, model) })
+            Some(Retuned {
+                role: *role,
+                name,
+                label,
+                unit,
+                stated,
+                baseline: scaled(by, ratio),
+                model: scaled(by, model),
+            })
         })
         .collect()
 }
