@@ -540,4 +540,6 @@ fn drift_rails_hum_and_gain_act_on_every_sample_as_written() {
     assert_near("flat top", flat, (mass / k).sqrt() * (PI - 2.0 * (60.0 / peak).asin()), 2e-4);
     let faster = strike(&Rig::impact(k), speed, mass, &["speed-error:relative=0.05"], 0.2);
     assert_near("faster", faster.truth().peak_n, 1.05 * peak, 1e-5);
+    let ahead = strike(&Rig::impact(k), speed, mass, &["speed-error:relative=0.05,exponent=1"], 0.2);
+    assert_near("ahead", ahead.truth().peak_n, (1.0 + 0.05 * 0.25 / speed) * peak, 1e-5);
 }
