@@ -73,7 +73,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             unit: "1",
             meaning: "stiffness of the stop that the piece returns to, over the springs'; 0: it swings through its place of rest",
             null: None,
-            range: (0.0, 100.0),
+            range: (0.0, 30.0),
             plausible: (0.003, 30.0),
             typical: 0.003,
             scale: Scale::Logarithmic,

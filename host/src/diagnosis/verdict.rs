@@ -133,7 +133,9 @@ fn shapes(fit: &Fit, place: usize) -> impl Iterator<Item = Shape> {
         let (low, high) = parameter.plausible;
         let (from, to) = (coordinate_of(parameter, low), coordinate_of(parameter, high));
         let width = if parameter.scale == Scale::Logarithmic { 1.0 } else { to - from };
-        let beyond = (from - here).max(here - to) / width;
+        // What may be nothing at all, as a loss may, cannot be too little.
+        let too_little = if parameter.range.0 == 0.0 { f64::NEG_INFINITY } else { from - here };
+        let beyond = too_little.max(here - to) / width;
         parameter.null.is_none().then_some(Shape { parameter, global, width, beyond })
     })
 }
