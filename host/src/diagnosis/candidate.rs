@@ -39,25 +39,11 @@ impl Reach {
     #[must_use]
     pub fn of(problem: &Problem, lines_hz: Vec<f64>) -> Self {
         let rig = crate::model::simulated(&problem.rig);
-        let ideal_n = |number: usize| {
-            let recording = &problem.recordings[number];
-            recording.speed.value.abs() * (rig.effective_stiffness_n_per_m() * recording.mass.value).sqrt()
-        };
-        let peak_n = |number: usize| {
-            let force = problem.channels.iter().position(|channel| channel.column == crate::recording::FORCE);
-            force.map_or_else(
-                || ideal_n(number),
-                |channel| {
-                    let series = &problem.recordings[number].series[channel];
-                    series.iter().copied().fold(0.0, f64::max) - problem.recordings[number].offset_guess[channel]
-                },
-            )
-        };
         let sorted = |mut values: Vec<f64>| {
             values.sort_by(f64::total_cmp);
             values
         };
-        let peaks_n = sorted((0..problem.recordings.len()).map(peak_n).collect());
+        let peaks_n = sorted((0..problem.recordings.len()).map(|number| problem.peak_n(number)).collect());
         let over = |stiffness: f64| peaks_n.iter().map(|peak| peak / stiffness).collect();
         Self {
             strokes_m: over(rig.body_stiffness_n_per_m),

@@ -26,6 +26,10 @@ const WIDEST_CONVERTER: f64 = 0.2;
 /// Where the prior of a mechanism's parameter ends: its plausible range is this many deviations to either side.
 const PLAUSIBLE_DEVIATIONS: f64 = 1.5;
 
+/// A limit of the force below this part of the highest peak limits nothing: with most of the mass before it a ceiling of a few newtons is a
+/// damped joint.
+const LEAST_LIMIT: f64 = 0.1;
+
 /// A mechanism that takes part, everywhere or in some recordings only.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entrant {
@@ -456,6 +460,11 @@ impl Layout {
     }
 }
 
+/// The highest peak force, N.
+fn highest_n(problem: &Problem) -> f64 {
+    (0..problem.recordings.len()).map(|number| problem.peak_n(number)).fold(0.0, f64::max)
+}
+
 fn mechanism_coordinate(problem: &Problem, mechanism: &'static Mechanism, entrant: usize, place: usize) -> Coordinate {
     let parameter = &mechanism.parameters[place];
     let (low, high) = parameter.range;
@@ -464,8 +473,10 @@ fn mechanism_coordinate(problem: &Problem, mechanism: &'static Mechanism, entran
     let stated = (mechanism.id == "moving-piece-inertia" && place == 0).then_some(problem.rig.moving_mass_kg).flatten();
     let (range, prior, stride) = match parameter.scale {
         Scale::Logarithmic => {
-            // Beyond a hundredth of anything likely it is nothing.
-            let low = low.max(likely_low * 1e-2).ln();
+            // Beyond a hundredth of anything likely it is nothing. And what limits the force limits it where it is high.
+            let limits = parameter.search == Search::OfPeak && !shape;
+            let least = if limits { LEAST_LIMIT * highest_n(problem) } else { 0.0 };
+            let low = low.max(likely_low * 1e-2).max(least).ln();
             let middle = 0.5 * (likely_low.ln() + likely_high.ln());
             let sd = (likely_high / likely_low).ln() / 2.0 / PLAUSIBLE_DEVIATIONS;
             ((low, high.ln()), shape.then_some((middle, sd)), 0.7)

@@ -200,6 +200,22 @@ impl Problem {
         self.recordings.iter().flat_map(|recording| &recording.noise).any(|noise| noise.is_exceeded(squares, count))
     }
 
+    /// Peak force of a recording, N: as recorded, or as the stated rig would have it where no channel is a force.
+    #[must_use]
+    pub fn peak_n(&self, recording: usize) -> f64 {
+        let number = self.channels.iter().position(|channel| channel.column == crate::recording::FORCE);
+        let recording = &self.recordings[recording];
+        match number {
+            Some(number) => {
+                recording.series[number].iter().copied().fold(0.0, f64::max) - recording.offset_guess[number]
+            }
+            None => {
+                let stiffness = crate::model::simulated(&self.rig).effective_stiffness_n_per_m();
+                recording.speed.value.abs() * (stiffness * recording.mass.value).sqrt()
+            }
+        }
+    }
+
     /// Whether there is a rig with springs.
     #[must_use]
     pub fn has_springs(&self) -> bool {
