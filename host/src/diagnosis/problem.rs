@@ -28,6 +28,10 @@ const FEWEST_PER_CONTACT: f64 = 8.0;
 const COURSE: usize = 8;
 /// Samples for each of them, at least; what a course can follow is no noise.
 const MEANS_PER_COEFFICIENT: usize = 12;
+/// Instants of release that are tried at a time.
+const RELEASES: usize = 12;
+/// It stood where that leaves less than this part of the squares.
+const STOOD: f64 = 0.8;
 /// Fewer quiet samples of a recording do not show how strong its noise is.
 pub(super) const FEWEST_QUIET: usize = 12;
 /// Quiet time left out before the guessed contact, in contact times.
@@ -455,21 +459,48 @@ pub(super) fn contact_time_s(rig: &Rig, mass_kg: f64) -> f64 {
     }
 }
 
-/// What a fall shows beside a smooth course, a polynomial of this many coefficients: noise, where means over so many samples are enough
-/// to tell them from it; else nothing.
-fn beside_course(values: &[f64], averaged: usize) -> Vec<f64> {
+/// What a fall shows beside standing still until it is let go and a smooth course from then on, a polynomial of some coefficients: noise,
+/// where means over so many samples are enough to tell them from it; else nothing. And when it is let go: the first sample, where nothing
+/// shows that it stood.
+fn beside_course(values: &[f64], averaged: usize) -> (Vec<f64>, usize) {
     let means = values.len() / averaged;
     if means < COURSE * MEANS_PER_COEFFICIENT {
-        return Vec::new();
+        return (Vec::new(), 0);
     }
+    let let_go = |release: usize| (release, beside_standing(values, release));
+    let begun = let_go(0);
+    let mut best = begun.clone();
+    // Ever more closely, over the first half.
+    let middle = values.len() / 2;
+    let (mut from, mut to, mut step) = (0, middle, middle);
+    while step > 1 {
+        step = (to - from).div_ceil(RELEASES);
+        best = (from..=to)
+            .step_by(step)
+            .map(let_go)
+            .chain([best])
+            .min_by(|a, b| a.1.norm_squared().total_cmp(&b.1.norm_squared()))
+            .unwrap_or_else(|| begun.clone());
+        (from, to) = (best.0.saturating_sub(step), (best.0 + step).min(middle));
+    }
+    if best.1.norm_squared() > STOOD * begun.1.norm_squared() {
+        best = begun;
+    }
+    // What the course, the place and the choice of the instant have taken of it.
+    let taken = (means as f64 / (means - COURSE - 2) as f64).sqrt();
+    (best.1.iter().map(|value| value * taken).collect(), best.0)
+}
+
+/// Values without the mean of those before the release and the course of the others.
+fn beside_standing(values: &[f64], release: usize) -> DVector<f64> {
+    let (standing, falling) = values.split_at(release);
     // Chebyshev's, from -1 to 1: T_k(cos φ) = cos kφ.
-    let angle = |place: usize| (2.0 * place as f64 / (values.len() - 1) as f64 - 1.0).clamp(-1.0, 1.0).acos();
-    let courses = DMatrix::from_fn(values.len(), COURSE, |place, order| (order as f64 * angle(place)).cos()).qr().q();
-    let values = DVector::from_column_slice(values);
-    let noise = &values - &courses * courses.tr_mul(&values);
-    // What the course has taken of it.
-    let taken = (means as f64 / (means - COURSE) as f64).sqrt();
-    noise.iter().map(|value| value * taken).collect()
+    let angle = |place: usize| (2.0 * place as f64 / (falling.len() - 1) as f64 - 1.0).clamp(-1.0, 1.0).acos();
+    let courses = DMatrix::from_fn(falling.len(), COURSE, |place, order| (order as f64 * angle(place)).cos()).qr().q();
+    let falling = DVector::from_column_slice(falling);
+    let beside = &falling - &courses * courses.tr_mul(&falling);
+    let level = if standing.is_empty() { 0.0 } else { mean(standing) };
+    DVector::from_iterator(values.len(), standing.iter().map(|value| value - level).chain(beside.iter().copied()))
 }
 
 struct Raw<'a> {
@@ -519,6 +550,7 @@ impl Raw<'_> {
         // Blocks are counted from the contact, so that quiet blocks hold no contact.
         let guard = (GUARD * per_contact).ceil() as usize + 1;
         let quiet_end = contact.saturating_sub(guard);
+        let mut release = 0;
         // What comes is at zero when it meets the rig; before, its noise is what is left of its way.
         let rests: Vec<Vec<f64>> = self
             .channels
@@ -528,7 +560,9 @@ impl Raw<'_> {
                 let quiet = &channel[..quiet_end.max(1)];
                 if fall {
                     // What falls is never quiet, but smooth.
-                    beside_course(channel, n)
+                    let (noise, let_go) = beside_course(channel, n);
+                    release = let_go;
+                    noise
                 } else if *comes {
                     without_way(&self.times_s[..quiet.len()], quiet, contact_guess_s)
                 } else {
@@ -550,7 +584,7 @@ impl Raw<'_> {
                 .iter()
                 .map(|channel| blocks.iter().map(|start| mean(&channel[*start..start + n])).collect())
                 .collect(),
-            contact_guess_s,
+            contact_guess_s: if fall { self.times_s[release] } else { contact_guess_s },
             mean_of_s2: ((n * n - 1) as f64) * self.interval_s * self.interval_s / 24.0,
             quiet_rms: (rests[0].len() >= FEWEST_QUIET).then(|| rests[0].iter().std_dev()),
             offset_guess: if fall {
@@ -731,10 +765,17 @@ mod tests {
         let noise: Vec<f64> = coloured(800, 3).iter().map(|value| 1e-3 * value).collect();
         let fallen = |place: usize| 1.2 - 4.9 * (place as f64 * 1e-3).powi(2) + 0.3 * (place as f64 * 1e-3).powi(4);
         let seen: Vec<f64> = noise.iter().enumerate().map(|(place, noise)| fallen(place) + noise).collect();
-        let told = beside_course(&seen, 5);
+        let (told, release) = beside_course(&seen, 5);
+        assert_eq!(release, 0);
         let of = |values: &[f64]| values.chunks_exact(5).map(mean).collect::<Vec<_>>().iter().std_dev();
         assert!((of(&told) / of(&noise) - 1.0).abs() < 0.05, "{} {}", of(&told), of(&noise));
-        assert!(beside_course(&seen[..400], 5).is_empty());
+        assert!(beside_course(&seen[..400], 5).0.is_empty());
+        // Held for 120 ms, then thrown down at 0.5 m/s.
+        let thrown = |place: usize| if place < 120 { 1.2 } else { fallen(place - 120) - 0.5e-3 * (place - 120) as f64 };
+        let seen: Vec<f64> = noise.iter().enumerate().map(|(place, noise)| thrown(place) + noise).collect();
+        let (told, release) = beside_course(&seen, 5);
+        assert!((118..=122).contains(&release), "{release}");
+        assert!((of(&told) / of(&noise) - 1.0).abs() < 0.06, "{} {}", of(&told), of(&noise));
     }
 
     /// The longest recording is averaged more coarsely: what it shows is whitened by noise of that colour.
