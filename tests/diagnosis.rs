@@ -256,6 +256,65 @@ fn what_acts_in_few_recordings_is_found_where_the_others_do_not_foretell_them() 
     assert!(number(gain, "low") < -0.15 && number(gain, "high") > -0.15, "{gain}");
 }
 
+/// A pad that loses energy in three recordings of twelve that have nothing else in common is no pad that loses energy.
+#[test]
+fn what_lasts_does_not_choose_its_recordings() {
+    let folder = TempDir::new().unwrap();
+    let plain = [&RIG[..], &["--repeats", "2", "--seed", "5"]].concat();
+    campaign(&folder, "plain", &plain);
+    campaign(&folder, "damped", &[&plain[..], &["--mechanism", "hunt-crossley-damping:alpha_s_per_m=1"]].concat());
+    let verdict = |damped: &[&str], name: &str| {
+        campaign(&folder, name, &plain);
+        for number in damped {
+            let file = format!("recordings/{number}.csv");
+            std::fs::copy(folder.path().join("damped").join(&file), folder.path().join(name).join(&file)).unwrap();
+        }
+        succeeds(&folder, &["diagnose", name, "--only", "hunt-crossley-damping", "--json", "a.json"]);
+        let answer: Value = serde_json::from_str(&read(&folder, "a.json")).unwrap();
+        assert_eq!(answer["mechanisms"][0]["id"], "hunt-crossley-damping", "{answer}");
+        let because = answer["mechanisms"][0]["because"].as_str().unwrap().to_owned();
+        (answer["verdict"].as_str().unwrap().to_owned(), because)
+    };
+    let (scattered, because) = verdict(&["002", "005", "009"], "scattered");
+    assert!(
+        scattered == "unexplained" && because.contains("these have nothing else in common"),
+        "{scattered}: {because}"
+    );
+    // A pad that was changed before the last three.
+    let (late, because) = verdict(&["010", "011", "012"], "late");
+    assert!(late == "named" && because.contains("it acts in recordings 010, 011 and 012 only"), "{late}: {because}");
+}
+
+/// A gate that is late reads every speed too low by the same: no part of it, and no sway of the robot.
+#[test]
+fn a_speed_that_is_off_by_the_same_everywhere_is_told_from_a_part_of_it() {
+    let folder = TempDir::new().unwrap();
+    let late = ["--speed-error", "0.005", "--mechanism", "speed-error:relative=0.12,exponent=1", "--seed", "5"];
+    campaign(&folder, "late", &[&RIG[..], &late].concat());
+    let few = ["--only", "gain-error", "--only", "speed-error", "--only", "link-oscillation"];
+    let text = succeeds(&folder, &[&["diagnose", "late", "--json", "-"], &few[..]].concat());
+    let answer: Value = serde_json::from_str(&text).unwrap();
+    let named = &answer["mechanisms"];
+    assert_eq!((&named[0]["id"], &named[1]), (&"speed-error".into(), &Value::Null), "{answer}");
+    assert_eq!(number(&named[0]["parameters"][1], "value"), 1.0);
+    assert!((number(&named[0]["parameters"][0], "value") - 0.12).abs() < 0.02, "{named}");
+}
+
+/// At 100 kS/s contact and release lie within means of many samples; a corner is no curve.
+#[test]
+fn a_quick_recorder_shows_no_more_physics_than_a_slow_one() {
+    let folder = TempDir::new().unwrap();
+    let quick = ["--sample-rate", "100000", "--after", "0.03", "--noise", "0.1", "--speeds", "0.2,0.4,0.6"];
+    let mut arguments = vec!["simulate", "--masses", "5,12", "--repeats", "1", "--out", "quick"];
+    arguments.extend(["--body-stiffness", "40000", "--pad", "1500000"]);
+    arguments.extend(quick);
+    succeeds(&folder, &arguments);
+    let few = ["--only", "clearance", "--only", "adhesion", "--only", "lost-samples"];
+    let text = succeeds(&folder, &[&["diagnose", "quick", "--json", "-"], &few[..]].concat());
+    let answer: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(answer["verdict"], "consistent", "{answer}");
+}
+
 /// A position controller holds a robot at its stopping distance. What comes after the first contact depends on how it was left: a fit to whole
 /// recordings ends in a valley a thousand times too high, one that grows with them does not.
 #[test]

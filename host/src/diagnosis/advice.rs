@@ -244,7 +244,7 @@ fn separation(
             series,
             quiet: Vec::new(),
             noise: pattern.noise.clone(),
-            mean_of_s2: pattern.mean_of_s2,
+            averaged: pattern.averaged,
             sample_s: pattern.sample_s,
             speed: crate::campaign::Estimate::new(
                 speed,

@@ -86,8 +86,8 @@ pub struct Prepared {
     pub quiet: Vec<Vec<f64>>,
     /// The noise of each channel, in means over as many samples as the series'.
     pub noise: Vec<Noise>,
-    /// (n² − 1)·Δt²/24 for means over n samples: a mean is the value in the middle plus this times the curvature, s².
-    pub mean_of_s2: f64,
+    /// How many of the converter's samples each value is the mean of.
+    pub averaged: usize,
     /// Time between two samples of the converter, s.
     pub sample_s: f64,
     /// Speed at contact, as believed.
@@ -128,6 +128,12 @@ impl Prepared {
             0.0 => 1.0,
             stated => stated,
         }
+    }
+
+    /// (n² − 1)·Δt²/24 for means over n samples: a mean is the value in the middle plus this times the curvature, s².
+    #[must_use]
+    pub fn mean_of_s2(&self) -> f64 {
+        (self.averaged.pow(2) - 1) as f64 * self.sample_s.powi(2) / 24.0
     }
 
     /// Number of fitted values, over all series.
@@ -299,7 +305,7 @@ impl Problem {
                 series: thinned.series,
                 quiet: (0..columns.len()).map(|channel| thinned.rest.means(channel, thinned.rest.averaged)).collect(),
                 noise: Vec::new(),
-                mean_of_s2: thinned.mean_of_s2,
+                averaged: thinned.rest.averaged,
                 sample_s: raw.interval_s,
                 speed: entry.impact_speed_m_per_s,
                 mass: entry.effective_mass_kg,
@@ -524,7 +530,6 @@ struct Thinned {
     rest: Rest,
     offset_guess: Vec<f64>,
     contact_guess_s: f64,
-    mean_of_s2: f64,
     quiet_rms: Option<f64>,
     even: bool,
     too_slow: Option<f64>,
@@ -585,7 +590,6 @@ impl Raw<'_> {
                 .map(|channel| blocks.iter().map(|start| mean(&channel[*start..start + n])).collect())
                 .collect(),
             contact_guess_s: if fall { self.times_s[release] } else { contact_guess_s },
-            mean_of_s2: ((n * n - 1) as f64) * self.interval_s * self.interval_s / 24.0,
             quiet_rms: (rests[0].len() >= FEWEST_QUIET).then(|| rests[0].iter().std_dev()),
             offset_guess: if fall {
                 self.channels.iter().map(|channel| channel[0]).collect()
