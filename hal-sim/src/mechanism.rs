@@ -105,6 +105,9 @@ pub struct Mechanism {
     pub group: Group,
     /// Where in the assembly it acts.
     pub site: Site,
+    /// Whether it is a property of the rig, which stays from one recording to the next; not what the robot does or what happens to the chain
+    /// in one and not in another.
+    pub lasting: bool,
     /// Its equation, as text.
     pub equation: &'static str,
     /// Where the equation and the ranges come from.
@@ -195,6 +198,16 @@ impl Site {
 }
 
 impl Mechanism {
+    /// In which recordings it is to be expected, for people.
+    #[must_use]
+    pub const fn occurrence(&self) -> &'static str {
+        if self.lasting {
+            "in all recordings, from one on, in some poses, or from some strength on"
+        } else {
+            "in any of the recordings"
+        }
+    }
+
     /// The mechanism with this id.
     ///
     /// # Errors

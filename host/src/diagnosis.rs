@@ -12,6 +12,7 @@
 pub mod advice;
 pub mod answer;
 pub mod candidate;
+pub mod coincidence;
 mod conditions;
 mod convention;
 pub mod evaluation;

@@ -73,9 +73,10 @@ fn section(text: &mut String, mechanism: &Mechanism) {
     let rivals: Vec<String> = mechanism.confused_with.iter().map(|id| format!("[`{id}`](#{id})")).collect();
     let _ = writeln!(
         text,
-        "\nActs at: {}. Shows as: {}. Confused with: {}. Separated by: {}. Source: {}.",
+        "\nActs at: {}. Shows as: {}. Occurs: {}. Confused with: {}. Separated by: {}. Source: {}.",
         mechanism.site.name(),
         mechanism.signature,
+        mechanism.occurrence(),
         rivals.join(" "),
         mechanism.separated_by,
         mechanism.source

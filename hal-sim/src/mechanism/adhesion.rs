@@ -14,6 +14,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "adhesion",
     group: Group::Contact,
     site: Site::Pad,
+    lasting: true,
     equation: "the contact ends at P = −F_a instead of P = 0",
     source: "pull-off force, Johnson, Kendall and Roberts (1971); 2 to 10 N for soft silicone and polyurethane",
     parameters: &[Parameter {

@@ -13,6 +13,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "air-damping",
     group: Group::Contact,
     site: Site::Guide,
+    lasting: true,
     equation: "F = c·v·|v|, v the rate of the stroke of the body springs",
     source: "orifice loss of the air in the housing; 1 N at 0.25 m/s",
     parameters: &[Parameter {

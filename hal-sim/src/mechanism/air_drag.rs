@@ -11,6 +11,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "air-drag",
     group: Group::Fall,
     site: Site::Drive,
+    lasting: true,
     equation: "F = −c·v·|v|, c = 0.5·ρ·C_d·A",
     source: "quadratic drag; a golf ball 0.0004, a basketball 0.02 kg/m",
     parameters: &[Parameter {

@@ -11,6 +11,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "clipping",
     group: Group::Measuring,
     site: Site::Chain,
+    lasting: true,
     equation: "y = max(−L, min(F, L))",
     source: "rails of amplifier and converter; a range that was set too small",
     parameters: &[Parameter {

@@ -14,6 +14,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "collision-reaction",
     group: Group::Robot,
     site: Site::Drive,
+    lasting: false,
     equation: "F = −F_r·½·(1 + tanh(20·(1 + v/v_r))) for t ≥ t(P = F_th) + delay, on the robot",
     source: "collision monitor; reaction after 5 to 30 ms; a retreat with a limit of speed",
     parameters: &[

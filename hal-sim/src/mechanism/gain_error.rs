@@ -11,6 +11,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "gain-error",
     group: Group::Measuring,
     site: Site::Chain,
+    lasting: false,
     equation: "y = F·(1 + ε)",
     source: "calibration, and cross-sensitivity to loads beside the axis; 1 to 5 %",
     parameters: &[Parameter {

@@ -42,6 +42,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "guide-friction",
     group: Group::Guide,
     site: Site::Guide,
+    lasting: true,
     equation: "F_f = F_c·sgn(dx_p/dt) while sliding, |F_f| ≤ F_c while sticking",
     source: "Coulomb friction with true sticking; 0.5 to 10 N for a printed guide",
     parameters: &[

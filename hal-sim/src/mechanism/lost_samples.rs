@@ -13,6 +13,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "lost-samples",
     group: Group::Measuring,
     site: Site::Chain,
+    lasting: false,
     equation: "y(t) = F(t) for t < t_j, F(t + T) for t ≥ t_j",
     source: "dropped blocks of a streaming logger, whose time is a count of samples",
     parameters: &[

@@ -13,6 +13,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "mullins-softening",
     group: Group::Contact,
     site: Site::Pad,
+    lasting: true,
     equation: "k(n) = k_∞·(1 + excess·exp(−n/N_0)), n the place of the impact in the campaign, from 0",
     source: "Mullins, Rubber Chem. Technol. 42 (1969) 339; 5 to 25 %, N_0 2 to 5",
     parameters: &[

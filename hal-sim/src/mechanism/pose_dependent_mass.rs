@@ -14,6 +14,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "pose-dependent-mass",
     group: Group::Robot,
     site: Site::InitialCondition,
+    lasting: false,
     equation: "m = m_said·(1 + ε) in the configuration with this number, m_said in the others",
     source: "spread of public models of one arm; held or free orientation",
     parameters: &[

@@ -27,6 +27,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "rate-stiffening",
     group: Group::Contact,
     site: Site::Pad,
+    lasting: true,
     equation: "F = k·(1 + a·ln(v/v_ref))·δ − a·k·z, dz/dt = (δ − z)/τ, v the speed at first contact",
     source: "logarithmic rate law of rubber; a 0.02 to 0.1",
     parameters: &[

@@ -13,6 +13,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "stiction",
     group: Group::Guide,
     site: Site::Guide,
+    lasting: true,
     equation: "|F_f| ≤ F_s while sticking, (F_c + (F_s − F_c)·exp(−(v/v_s)²))·sgn(v) while sliding, F_s = ratio·F_c",
     source: "Coulomb friction with a static level; F_s/F_c 1.1 to 2",
     parameters: &[

@@ -12,6 +12,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "viscous-damping",
     group: Group::Contact,
     site: Site::Pad,
+    lasting: true,
     equation: "F = F_el(δ) + c·dδ/dt",
     source: "Kelvin–Voigt; 5 to 100 N·s/m",
     parameters: &[Parameter {

@@ -27,6 +27,7 @@ struct Shown {
     site: &'static str,
     equation: &'static str,
     parameters: Vec<ShownParameter>,
+    lasting: bool,
     signature: &'static str,
     confused_with: &'static [&'static str],
     separated_by: &'static str,
@@ -55,6 +56,7 @@ impl Shown {
             site: mechanism.site.name(),
             equation: mechanism.equation,
             parameters: mechanism.parameters.iter().map(ShownParameter::new).collect(),
+            lasting: mechanism.lasting,
             signature: mechanism.signature,
             confused_with: mechanism.confused_with,
             separated_by: mechanism.separated_by,
@@ -153,6 +155,7 @@ fn screen(mechanism: &'static Mechanism) -> String {
         part(parameter.name, parameter.meaning);
     }
     part("shows as", mechanism.signature);
+    part("occurs", mechanism.occurrence());
     part("confused with", &mechanism.confused_with.join(", "));
     part("separated by", mechanism.separated_by);
     part("source", mechanism.source);

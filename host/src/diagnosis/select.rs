@@ -18,6 +18,7 @@ use statrs::function::factorial::ln_binomial;
 use thud_sim::mechanism::{Mechanism, Parameter};
 
 use super::candidate::Reach;
+use super::coincidence::is_coincidence;
 use super::fit::{Effort, Fit, Part, Tangent};
 use super::layout::{Entrant, Layout, Role, Scope};
 use super::locate::{Oddity, oddity};
@@ -58,6 +59,8 @@ pub struct Trial {
     pub fit: Fit,
     /// Its BIC.
     pub bic: f64,
+    /// Places of mechanisms that would have to choose their recordings.
+    pub coincidences: Vec<usize>,
 }
 
 /// A model, and what it leaves.
@@ -111,7 +114,10 @@ impl Trial {
     #[must_use]
     pub fn new(problem: &Problem, fit: Fit) -> Self {
         let bic = fit.cost + penalty(problem, &fit);
-        Self { fit, bic }
+        let entrants = fit.layout.entrants.iter().enumerate();
+        let coincidences =
+            entrants.filter(|(_, entrant)| is_coincidence(problem, entrant)).map(|(place, _)| place).collect();
+        Self { fit, bic, coincidences }
     }
 }
 

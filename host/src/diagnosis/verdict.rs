@@ -5,7 +5,7 @@
 //! | `consistent` | nothing was needed, and nothing is left |
 //! | `named` | these mechanisms, and nothing significant is left |
 //! | `ambiguous` | at least one of them is known only up to a set |
-//! | `unexplained` | something significant is left that no mechanism of the list explains, or only one in a shape that nothing has, or on a rig that is not the stated one |
+//! | `unexplained` | something significant is left that no mechanism of the list explains, or only one in a shape that nothing has, in recordings that have nothing in common, or on a rig that is not the stated one |
 
 use thud_sim::mechanism::{Parameter, Scale};
 
@@ -190,11 +190,13 @@ pub fn rest_share(selection: &Selection) -> f64 {
         let mut rivals = within_reach(selection, place);
         rivals.any(|(_, trial)| {
             let places = 0..trial.fit.layout.entrants.len();
-            places.flat_map(|place| shapes(&trial.fit, place)).all(|shape| shape.beyond <= FAR)
+            trial.coincidences.is_empty()
+                && places.flat_map(|place| shapes(&trial.fit, place)).all(|shape| shape.beyond <= FAR)
         })
     };
     let elsewhere = is_of_another_rig(selection);
-    let misnamed = |place: &usize| elsewhere || unlikely(selection, *place).is_some() && !likelier(*place);
+    let doubtful = |place: usize| unlikely(selection, place).is_some() || selection.best.coincidences.contains(&place);
+    let misnamed = |place: &usize| elsewhere || doubtful(*place) && !likelier(*place);
     let of_place = |place: usize| selection.worth.get(place).map_or(gained, |worth| worth.clamp(0.0, gained));
     let places = 0..selection.best.fit.layout.entrants.len();
     let unnamed = left + places.filter(misnamed).map(of_place).sum::<f64>().min(gained);
@@ -219,7 +221,7 @@ pub fn twins(selection: &Selection, place: usize) -> Vec<(&'static str, f64)> {
 /// Models with another mechanism in this place that are as good, and which it is.
 fn within_reach(selection: &Selection, place: usize) -> impl Iterator<Item = (&'static str, &Trial)> {
     let reach = WITHIN_REACH.max(LIKENESS * selection.worth.get(place).copied().unwrap_or(0.0));
-    let Trial { fit: best, bic } = &selection.best;
+    let Trial { fit: best, bic, .. } = &selection.best;
     let chosen = &best.layout.entrants;
     let mechanism = |entrant: &Entrant| entrant.effect.mechanism();
     let in_place = move |(of, trial): &&(usize, Trial)| *of == place && trial.fit.layout.entrants.len() == chosen.len();

@@ -107,7 +107,9 @@ pub fn verdict(diagnosis: &Diagnosis, answer: &Answer) -> String {
             format!("The simulation does not hold: {recordings} show something that no mechanism of the list explains.")
         }
         "unexplained" => {
-            let misnamed = (0..names.len()).any(|place| unlikely(&diagnosis.selection, place).is_some());
+            let selection = &diagnosis.selection;
+            let misnamed = !selection.best.coincidences.is_empty()
+                || (0..names.len()).any(|place| unlikely(selection, place).is_some());
             let names = listed(&names, "and");
             let more = if is_of_another_rig(&diagnosis.selection) {
                 "but only on another rig than the stated one; on that, no mechanism of the list explains them"
@@ -183,6 +185,9 @@ pub fn because(diagnosis: &Diagnosis, place: usize) -> String {
     let scope = scope_words(diagnosis, entrant.scope);
     if !scope.is_empty() {
         parts.push(format!("it acts {scope}"));
+    }
+    if selection.best.coincidences.contains(&place) {
+        parts.push("these have nothing else in common, and it is a thing that lasts".to_owned());
     }
     if let Some(Unlikely { name, unit, value, likely: (low, high) }) = unlikely(selection, place) {
         parts.push(format!(

@@ -98,7 +98,7 @@ pub fn view(folder: &Path, without: &[String]) -> miette::Result<View> {
     let start = layout.start(&problem);
     let nominal = Fit::run(&problem, layout.clone(), start, &all, Effort::NOMINAL).ok_or_else(impossible)?;
     let baseline = Fit::run(&problem, layout, nominal.point, &all, Effort::FULL).ok_or_else(impossible)?;
-    let without_any = Trial { bic: baseline.cost, fit: baseline.clone() };
+    let without_any = Trial { bic: baseline.cost, fit: baseline.clone(), coincidences: Vec::new() };
     let mut trials: Vec<(Option<&'static str>, Trial)> = mechanisms
         .iter()
         .filter_map(|mechanism| alone(&problem, &baseline, mechanism).map(|trial| (Some(mechanism.id), trial)))
