@@ -3,8 +3,8 @@
 //! F = F_0·tanh(K·(s − x)/F_0)·e^(−(t/T)⁸) on the robot from the first contact on: a position controller of stiffness K
 //! whose set point s goes on with the speed of approach, so that the rig's holding the robot up is a following error. From t_r on, the time
 //! that it takes to react, the set point brakes with a, and stands at v_0·t_r + v_0²/2a, where the controller holds the robot both ways. Its
-//! drives give F_0 at most; when its motion is over, or a supervisor stops it, the push goes (the eighth power makes a switch that a
-//! solver can follow).
+//! drives give F_0 at most (a force controller gives it at once, as one of very high stiffness does); when its motion is over, or a
+//! supervisor stops it, the push goes (the eighth power makes a switch that a solver can follow).
 //!
 //! Source: proportional position control with saturation, its corner rounded by tanh; stopping distance v·t_r + v²/2a.
 
@@ -35,8 +35,8 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             unit: "N/m",
             meaning: "stiffness K of the position controller",
             null: None,
-            range: (1.0, 1e7),
-            plausible: (200.0, 1e5),
+            range: (1.0, 1e6),
+            plausible: (200.0, 5e5),
             typical: 2e4,
             scale: Scale::Logarithmic,
             search: Search::OneOf(&[4e2, 2e4, 2e5]),
@@ -149,7 +149,7 @@ mod tests {
     #[test]
     fn the_push_takes_its_impulse_from_the_rebound() {
         let pushed =
-            strike(Rig::impact(25e3), 0.3, 6.0, &["robot-push:force_N=2,servo_stiffness_N_per_m=1e7,duration_s=0.2"]);
+            strike(Rig::impact(25e3), 0.3, 6.0, &["robot-push:force_N=2,servo_stiffness_N_per_m=1e6,duration_s=0.2"]);
         let speed = pushed.value(crate::rig::Quantity::Velocity, 0.4);
         // The integral of e^(−(t/T)⁸) is T·Γ(9/8); a controller as stiff as this is at its limit at once.
         let impulse = 2.0 * 0.2 * 0.941_742_7;
