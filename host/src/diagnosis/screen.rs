@@ -85,7 +85,8 @@ pub fn screen(
         .par_iter()
         .map(|(start, effect)| {
             let mut scopes = vec![Scope::Everywhere];
-            if configurations > 1 {
+            let in_some = !either_sign(effect) || has_usual_form(effect);
+            if configurations > 1 && in_some {
                 scopes.extend((0..configurations).map(Scope::Configuration));
             }
             let Some((own, signature)) = turned(shown, effect) else { return Vec::new() };
@@ -103,7 +104,9 @@ pub fn screen(
             } else {
                 tried = effect.clone();
             }
-            scopes.extend(projection.touched(&signature).map(Scope::Recordings));
+            if in_some {
+                scopes.extend(projection.touched(&signature).map(Scope::Recordings));
+            }
             scopes
                 .into_iter()
                 .filter_map(|scope| {
@@ -268,6 +271,13 @@ fn turned(shown: Shown<'_>, effect: &Effect) -> Option<(Vec<f64>, Vec<Vec<f64>>)
     };
     let entrant = Entrant { own: own.clone(), ..Entrant::everywhere(effect.clone()) };
     Some((own, shown.signature(&entrant)?))
+}
+
+/// Whether what is held of it, a choice of form, is as usual. Of a mere factor few recordings do not say which form it has: what is wrong in three
+/// of four is bent over the fourth.
+fn has_usual_form(effect: &Effect) -> bool {
+    let mut parameters = effect.mechanism().parameters.iter().enumerate();
+    parameters.all(|(place, parameter)| !parameter.is_held() || effect.value(place) == parameter.typical)
 }
 
 /// Whether a mechanism's strength has either sign, with none of it at 0.
