@@ -21,7 +21,6 @@ use super::omnibus::Omnibus;
 use super::problem::Problem;
 use super::screen::{Screened, scale_strength};
 use super::select::Trial;
-use super::strangers::strangers;
 use super::subset::Subset;
 use super::verdict::SIGNIFICANT;
 
@@ -150,12 +149,18 @@ pub fn refit(
     finished(problem, base, starts, part, wanted)
 }
 
-/// Every mechanism with what is typical of it, beside what was stated and beside the fit, everywhere and in the recordings that the others
-/// do not foretell: where all that was promised leaves a rest, a fit may have gone astray. Best first; above the cost `wanted` nothing
+/// Every mechanism with what is typical of it, beside what was stated and beside the fit, everywhere and in those recordings that the others
+/// do not foretell, if any: where all that was promised leaves a rest, a fit may have gone astray. Best first; above the cost `wanted` nothing
 /// matters.
 #[must_use]
-pub fn anew(problem: &Problem, base: &Fit, scores: &[Screened], part: Part<'_>, wanted: f64) -> Vec<Trial> {
-    let strangers = strangers(problem, base);
+pub fn anew(
+    problem: &Problem,
+    base: &Fit,
+    scores: &[Screened],
+    strangers: Option<Scope>,
+    part: Part<'_>,
+    wanted: f64,
+) -> Vec<Trial> {
     let mut best_of_each: Vec<&Screened> = Vec::new();
     for score in scores {
         let same = |other: &&mut &Screened| kind(&other.entrant).0 == kind(&score.entrant).0;

@@ -27,7 +27,8 @@ use super::problem::{Prepared, Problem};
 use super::refit::{Breadth, added, anew, refit};
 use super::screen::{Screened, screen};
 use super::spectrum::{Hum, hum};
-use super::unfold::{touches_again, unfolded};
+use super::strangers::strangers;
+use super::unfold::{touching_again, unfolded};
 use super::verdict::{SIGNIFICANT, UNLIKELY, WORTH, remains};
 
 /// The first mechanism must take more off χ² than chance does in one trial of so many; thirty mechanisms are tried, from several starts
@@ -335,10 +336,19 @@ impl Selecting<'_> {
         }
         progress("is it another one after all");
         let retuned = &self.retuned.trial.fit;
-        let mut trials = anew(self.problem, retuned, &self.screened, self.part, from.trial.fit.cost);
-        if leaves && touches_again(self.problem) {
-            trials.extend(unfolded(self.problem, retuned, self.mechanisms, self.part));
+        let strangers = strangers(self.problem, retuned);
+        let mut trials = anew(self.problem, retuned, &self.screened, strangers, self.part, from.trial.fit.cost);
+        // A push that comes too soon or too late is a step in time, in few recordings as well.
+        let mut scopes: Vec<Scope> = strangers.into_iter().collect();
+        let again = touching_again(self.problem);
+        if !again.is_empty() {
+            scopes.push(Scope::Everywhere);
+            let some = Scope::of(self.problem, again);
+            if again.len() < self.problem.recordings.len() && !scopes.contains(&some) {
+                scopes.push(some);
+            }
         }
+        trials.extend(unfolded(self.problem, retuned, self.mechanisms, &scopes, self.part));
         let lightest = trials.iter().min_by(|a, b| self.burden(a).total_cmp(&self.burden(b)));
         let Some(lightest) = lightest.filter(|trial| self.burden(trial) < self.burden(&from.trial) - 1.0).cloned()
         else {

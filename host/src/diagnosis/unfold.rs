@@ -1,22 +1,24 @@
-//! Fits that grow with time, where the robot touches again.
+//! Fits that grow with time, for what moves the robot where it touches again or in few recordings.
 //!
 //! ```text
 //! what moves the robot, from every start ─▶ the first contact alone ─▶ the best of each mechanism
 //!                                        ─▶ a little longer, again and again, ever fewer of them ─▶ whole recordings
 //! ```
 //!
-//! When the next contact begins depends on how the robot has left the last one: over whole recordings χ² is all valleys, and a fit ends
-//! in that where it has begun. Over the first contact it has few; from there on every stretch begins where the one before has led
-//! (multiple shooting does the same with all stretches at once: H. G. Bock, in Modelling of Chemical Reaction Systems, Springer 1981, 102).
+//! A push that is too strong brings the robot back, and when the next contact begins depends on how the robot has left the last one: over
+//! whole recordings χ² is all valleys, and a fit ends in that where it has begun. Over the first contact it has few; from there on every
+//! stretch begins where the one before has led (multiple shooting does the same with all stretches at once: H. G. Bock, in
+//! Modelling of Chemical Reaction Systems, Springer 1981, 102).
 
 use rayon::prelude::*;
-use thud_sim::mechanism::{Effect, Group, Mechanism, Search};
+use thud_sim::mechanism::{Effect, Group, Mechanism, Search, Site};
 
 use super::candidate::Reach;
 use super::fit::{Effort, Fit, Part};
-use super::layout::Entrant;
+use super::layout::{Entrant, Scope};
 use super::problem::{Prepared, Problem};
 use super::select::Trial;
+use super::subset::Subset;
 use crate::recording::FORCE;
 
 /// The robot touches again, or still, where so many contact times after the first contact a force is this part of the peak.
@@ -29,27 +31,45 @@ const FOLLOWED: [(f64, usize); 3] = [(1.5, 6), (3.0, 3), (f64::INFINITY, 2)];
 /// Where a shape that has one typical value is begun as well: this far into what is likely of it.
 const LOW: f64 = 0.25;
 
-/// Whether a recording shows that the robot touches the rig again, or has stayed.
+/// The recordings that show that the robot touches the rig again, or has stayed.
 #[must_use]
-pub fn touches_again(problem: &Problem) -> bool {
-    let Some(force) = problem.channels.iter().position(|channel| channel.column == FORCE) else { return false };
-    problem.recordings.iter().any(|recording| {
+pub fn touching_again(problem: &Problem) -> Subset {
+    let Some(force) = problem.channels.iter().position(|channel| channel.column == FORCE) else {
+        return Subset::default();
+    };
+    let touches = |recording: &Prepared| {
         let offset = recording.offset_guess[force];
         let later = recording.contact_guess_s + AGAIN_CONTACTS * recording.contact_time_s;
         let from = recording.times_s.partition_point(|time| *time <= later);
         let highest = |forces: &[f64]| forces.iter().map(|force| force - offset).fold(0.0, f64::max);
         highest(&recording.series[force][from..]) > AGAIN_FORCE * highest(&recording.series[force])
-    })
+    };
+    let recordings = problem.recordings.iter().enumerate();
+    recordings.filter(|(_, recording)| touches(recording)).map(|(number, _)| number).collect()
 }
 
-/// What moves the robot, everywhere and beside what was stated, fitted from the first contact on. The best comes first.
+/// What moves the robot, beside what was stated and in each of these scopes, fitted from the first contact on. The best comes first.
 #[must_use]
-pub fn unfolded(problem: &Problem, base: &Fit, mechanisms: &[&'static Mechanism], part: Part<'_>) -> Vec<Trial> {
+pub fn unfolded(
+    problem: &Problem,
+    base: &Fit,
+    mechanisms: &[&'static Mechanism],
+    scopes: &[Scope],
+    part: Part<'_>,
+) -> Vec<Trial> {
+    let mut trials: Vec<Trial> =
+        scopes.iter().flat_map(|scope| grown(problem, base, mechanisms, *scope, part)).collect();
+    trials.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+    trials
+}
+
+/// Fits that have grown from the first contact to whole recordings.
+fn grown(problem: &Problem, base: &Fit, mechanisms: &[&'static Mechanism], scope: Scope, part: Part<'_>) -> Vec<Trial> {
     let reach = Reach::of(problem, Vec::new());
     let first = problem.until(1.0);
     let run = |problem: &Problem, fit: Fit, effort| Fit::run(problem, fit.layout, fit.point, part, effort);
     let begin = |effect: Effect| {
-        let layout = base.layout.with(problem, Entrant::everywhere(effect));
+        let layout = base.layout.with(problem, Entrant { scope, ..Entrant::everywhere(effect) });
         let start = layout.as_stated(&layout.start_from(problem, &base.layout, &base.point));
         run(&first, Fit::touching(&first, layout, start, part)?, Effort::FULL)
     };
@@ -57,7 +77,9 @@ pub fn unfolded(problem: &Problem, base: &Fit, mechanisms: &[&'static Mechanism]
         let fits = starts(&reach, mechanism).into_par_iter().filter_map(begin);
         fits.min_by(|a, b| a.cost.total_cmp(&b.cost))
     };
-    let of_robot = mechanisms.iter().filter(|mechanism| mechanism.group == Group::Robot);
+    // In few recordings what else the robot does is found without.
+    let moves = |mechanism: &Mechanism| scope == Scope::Everywhere || mechanism.site == Site::Drive;
+    let of_robot = mechanisms.iter().filter(|mechanism| mechanism.group == Group::Robot && moves(mechanism));
     let mut fits: Vec<Fit> = of_robot.filter_map(best_of).collect();
     let lasts = |recording: &Prepared| {
         recording.times_s.last().map_or(0.0, |end| (end - recording.contact_guess_s) / recording.contact_time_s)
@@ -72,10 +94,7 @@ pub fn unfolded(problem: &Problem, base: &Fit, mechanisms: &[&'static Mechanism]
         fits.truncate(followed);
         contacts *= LONGER;
     }
-    let fits = fits.into_par_iter().filter_map(|fit| run(problem, fit, Effort::FULL));
-    let mut trials: Vec<Trial> = fits.map(|fit| Trial::new(problem, fit)).collect();
-    trials.sort_by(|a, b| a.bic.total_cmp(&b.bic));
-    trials
+    fits.into_par_iter().filter_map(|fit| Some(Trial::new(problem, run(problem, fit, Effort::FULL)?))).collect()
 }
 
 /// A mechanism's starts, and the same with each typical value lower.
