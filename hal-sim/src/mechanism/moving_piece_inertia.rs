@@ -30,7 +30,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             unit: "kg",
             meaning: "mass of the moving piece",
             null: Some(0.0),
-            range: (1e-3, 2.5),
+            range: (1e-4, 2.5),
             plausible: (0.02, 0.4),
             typical: 0.12,
             scale: Scale::Logarithmic,

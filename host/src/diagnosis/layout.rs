@@ -26,6 +26,9 @@ const WIDEST_CONVERTER: f64 = 0.2;
 /// Where the prior of a mechanism's parameter ends: its plausible range is this many deviations to either side.
 const PLAUSIBLE_DEVIATIONS: f64 = 1.5;
 
+/// A lighter piece rings faster than recordings show, and takes minutes to simulate.
+const LIGHTEST_PIECE_KG: f64 = 1e-3;
+
 /// A limit of the force below this part of the highest peak limits nothing: with most of the mass before it a ceiling of a few newtons is a
 /// damped joint.
 const LEAST_LIMIT: f64 = 0.1;
@@ -470,12 +473,19 @@ fn mechanism_coordinate(problem: &Problem, mechanism: &'static Mechanism, entran
     let (low, high) = parameter.range;
     let (likely_low, likely_high) = parameter.plausible;
     let shape = parameter.null.is_none();
-    let stated = (mechanism.id == "moving-piece-inertia" && place == 0).then_some(problem.rig.moving_mass_kg).flatten();
+    let is_piece = mechanism.id == "moving-piece-inertia" && place == 0;
+    let stated = is_piece.then_some(problem.rig.moving_mass_kg).flatten();
     let (range, prior, stride) = match parameter.scale {
         Scale::Logarithmic => {
             // Beyond a hundredth of anything likely it is nothing. And what limits the force limits it where it is high.
             let limits = parameter.search == Search::OfPeak && !shape;
-            let least = if limits { LEAST_LIMIT * highest_n(problem) } else { 0.0 };
+            let least = if limits {
+                LEAST_LIMIT * highest_n(problem)
+            } else if is_piece {
+                LIGHTEST_PIECE_KG
+            } else {
+                0.0
+            };
             let low = low.max(likely_low * 1e-2).max(least).ln();
             let middle = 0.5 * (likely_low.ln() + likely_high.ln());
             let sd = (likely_high / likely_low).ln() / 2.0 / PLAUSIBLE_DEVIATIONS;
