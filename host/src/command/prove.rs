@@ -134,6 +134,7 @@ impl Prove {
         if let Some(folder) = &self.stories {
             tell(&outcome, &prober, &drawn, folder)?;
         }
+        drawn.folder.write(&drawn.folder.tables(), shown::markdown::tables(&outcome).as_bytes())?;
         if !outcome.peers.is_empty() {
             drawn
                 .folder
@@ -142,7 +143,7 @@ impl Prove {
         self.json.write(&outcome)?;
         if !self.json.owns_stdout() {
             crate::standard_output::say(format_args!("\n{}", shown::terminal::screenful(&outcome)));
-            say!("  Campaigns, diagnoses and answers are in {}.", drawn.folder.root().display());
+            say!("  Campaigns, diagnoses, answers and tables are in {}.", drawn.folder.root().display());
             if let Some(path) = &self.report {
                 say!("  The page is in {}.", path.display());
             }

@@ -117,6 +117,12 @@ impl Folder {
         self.0.join("answers.json")
     }
 
+    /// Its tables, as Markdown.
+    #[must_use]
+    pub fn tables(&self) -> PathBuf {
+        self.0.join("tables.md")
+    }
+
     /// Of the peers' answers.
     #[must_use]
     pub fn peers(&self) -> PathBuf {

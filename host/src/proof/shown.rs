@@ -1,6 +1,7 @@
 //! A run for people: a screenful, and a page.
 
 mod figure;
+pub mod markdown;
 pub mod page;
 pub mod peers;
 pub mod terminal;
