@@ -31,6 +31,7 @@ mod rest;
 pub mod retuned;
 pub mod screen;
 pub mod select;
+mod series;
 pub mod shown;
 pub mod spectrum;
 pub mod strangers;

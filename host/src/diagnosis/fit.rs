@@ -22,6 +22,7 @@ use thud_sim::rig::Impact;
 use super::layout::{Layout, Point, Role};
 use super::predict;
 use super::problem::Problem;
+use super::series::Series;
 
 /// An iteration that gains less than this in χ², or than this part of it, is the last.
 const SMALL_GAIN: f64 = 0.02;
@@ -387,7 +388,16 @@ impl Fit {
         let mut global = DMatrix::zeros(rows, layout.globals.len());
         let mut local = DMatrix::zeros(rows, layout.locals.len());
         let mut body = None;
-        for (place, coordinate) in layout.globals.iter().enumerate() {
+        let valley =
+            Series::of(problem, layout).filter(|_| effort.globals).map(|series| series.valley(&self.point, recording));
+        let mut places: Vec<usize> = (0..layout.globals.len()).collect();
+        // The derivative along the valley builds on that by the softer spring.
+        if let Some(valley) = valley.filter(|valley| valley.softer > valley.stiffer) {
+            places.swap(valley.softer, valley.stiffer);
+        }
+        for place in places {
+            let coordinate = &layout.globals[place];
+            let valley = valley.filter(|valley| valley.stiffer == place);
             let touched = match coordinate.role {
                 Role::Mass(number) => number == configuration,
                 Role::Mechanism { entrant, .. } => layout.entrants[entrant].scope.includes(recording, configuration),
@@ -399,8 +409,14 @@ impl Fit {
                 continue;
             }
             let quotient = |step: f64| {
-                let mut moved = self.point.clone();
-                moved.globals[place] += step;
+                let moved = valley.map_or_else(
+                    || {
+                        let mut moved = self.point.clone();
+                        moved.globals[place] += step;
+                        moved
+                    },
+                    |valley| valley.along(&self.point, step),
+                );
                 difference(&moved, step, coordinate.role)
             };
             let mut column = stepped(coordinate.step, coordinate.range, self.point.globals[place], quotient)?;
@@ -411,6 +427,10 @@ impl Fit {
                 && let Some(other) = quotient(-coordinate.step)
             {
                 column.iter_mut().zip(&other).for_each(|(a, b)| *a = 0.5 * (*a + b));
+            }
+            if let Some(valley) = valley {
+                let softer = global.column(valley.softer);
+                column.iter_mut().zip(&softer).for_each(|(column, softer)| *column += valley.ratio * softer);
             }
             global.column_mut(place).copy_from_slice(&column);
             if coordinate.role == Role::Body {
@@ -512,6 +532,9 @@ impl Fit {
                         *value = coordinate.moved(*value, step.locals[number][place]);
                     }
                 }
+            }
+            if whole && let Some(series) = Series::of(problem, &self.layout) {
+                series.bend(&self.point, &mut moved, part);
             }
             if let Some((fit, motions)) = Self::moving_at(problem, self.layout.clone(), moved, part)
                 && fit.cost < self.cost
