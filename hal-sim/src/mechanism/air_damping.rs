@@ -1,7 +1,7 @@
 //! The piece pushes the air out of its housing, and sucks it back: a drag by the square of its speed.
 //!
-//! F = c·v·|v|, v the rate of the stroke. The housing stands on the cell, which bears the air's pressure like the springs'
-//! force. A massless piece behind a pad finds its balance with this drag within about 2c·v/(k_pad + k_body), 0.1 to 0.5 ms: so
+//! F = c·v·|v|, v the rate of the stroke. Where the housing stands on the cell, that bears the air's pressure like the springs'
+//! force; where it stands beside it, the cell feels the air only by how it slows the piece; `cell_share` says which. A massless piece behind a pad finds its balance with this drag within about 2c·v/(k_pad + k_body), 0.1 to 0.5 ms: so
 //! the drag begins. Later that lag is left out, v is the rate at which the springs alone would share the robot's speed.
 //!
 //! Source: pressure loss of a turbulent flow through an opening; 1 N at 0.25 m/s, which is c = 16 N·s²/m².
@@ -16,17 +16,30 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     lasting: true,
     equation: "F = c·v·|v|, v the rate of the stroke of the body springs",
     source: "orifice loss of the air in the housing; 1 N at 0.25 m/s",
-    parameters: &[Parameter {
-        name: "drag_Ns2_per_m2",
-        unit: "N·s²/m²",
-        meaning: "force per square of the speed",
-        null: Some(0.0),
-        range: (0.0, 1000.0),
-        plausible: (1.0, 100.0),
-        typical: 16.0,
-        scale: Scale::Logarithmic,
-        search: Search::Strength,
-    }],
+    parameters: &[
+        Parameter {
+            name: "drag_Ns2_per_m2",
+            unit: "N·s²/m²",
+            meaning: "force per square of the speed",
+            null: Some(0.0),
+            range: (0.0, 1000.0),
+            plausible: (1.0, 100.0),
+            typical: 16.0,
+            scale: Scale::Logarithmic,
+            search: Search::Strength,
+        },
+        Parameter {
+            name: "cell_share",
+            unit: "1",
+            meaning: "part of the air's pressure that the load cell bears: 1 when the housing stands on it, 0 beside it",
+            null: None,
+            range: (0.0, 1.0),
+            plausible: (0.0, 1.0),
+            typical: 1.0,
+            scale: Scale::Linear,
+            search: Search::Typical,
+        },
+    ],
     signature: "a step of the force at contact that grows with the square of the speed, and less force on the way out",
     confused_with: &["viscous-damping", "hunt-crossley-damping", "guide-friction"],
     separated_by: "open or block the vents; at twice the speed four times the force is lost, where a dashpot takes twice",
@@ -35,6 +48,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
     assembly.guide.air_ns2_per_m2 += effect.value(0);
+    assembly.guide.air_cell_share = effect.value(1);
 }
 
 #[cfg(test)]
@@ -63,6 +77,18 @@ mod tests {
         near("on the way back", square(left, top, 0.0, -drag), after * after, 1e-6);
         near("at the end", k * left, drag * after * after, 1e-3);
         near("step", impact.force_n(0.0), drag * speed * speed, 1e-9);
+    }
+
+    /// Beside the cell the air is felt by what it does to the motion alone: the cell bears the springs.
+    #[test]
+    fn a_cell_beside_the_housing_bears_the_springs_alone() {
+        for rig in [Rig::impact(25e3), Rig::impact(25e3).with_pad(80e3)] {
+            let impact = strike(rig, 0.5, 6.0, &["air-damping:drag_Ns2_per_m2=60,cell_share=0"]);
+            for time_s in [0.0, 0.003, 0.01, 0.03] {
+                let spring_n = 25e3 * impact.value(crate::rig::Quantity::Stroke, time_s);
+                near("springs", impact.force_n(time_s), spring_n, 1e-6 * (1.0 + spring_n.abs()));
+            }
+        }
     }
 
     /// Behind a pad, on a body of its own, and with friction: what the robot loses is what the contact's work says.

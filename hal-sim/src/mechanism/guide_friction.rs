@@ -68,6 +68,6 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
     assembly.guide.coulomb_n += effect.value(0);
-    assembly.guide.cell_share = effect.value(1);
+    assembly.guide.stands_on_cell(effect.value(1));
     assembly.guide.rest_share = effect.value(2);
 }

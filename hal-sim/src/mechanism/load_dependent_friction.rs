@@ -1,10 +1,12 @@
 //! Friction of the guide that grows with the load: an impact off the axis presses the piece against its guide.
 //!
 //! F_f = μ_g·P, P the contact force. A piece of guided length L that is hit by e beside its axis is pressed with
-//! e·P/L at both ends, so that μ_g = 2·μ·e/L.
+//! e·P/L at both ends, so that μ_g = 2·μ·e/L. Whether the cell sees the friction depends on what the guide stands on, as with
+//! any friction of the guide: on the cell it reads P, beside it what friction leaves of P.
 //!
 //! Source: balance of moments on the guided piece.
 
+use super::guide_friction::CELL_SHARE;
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::Assembly;
 
@@ -15,17 +17,20 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     lasting: true,
     equation: "F_f = coefficient·P·sgn(dx_p/dt) while sliding; coefficient = 2·μ·e/L",
     source: "moment of an off-axis impact; μ 0.1 to 0.4, e/L up to 0.4",
-    parameters: &[Parameter {
-        name: "coefficient",
-        unit: "1",
-        meaning: "friction per contact force",
-        null: Some(0.0),
-        range: (0.0, 0.9),
-        plausible: (0.002, 0.3),
-        typical: 0.03,
-        scale: Scale::Logarithmic,
-        search: Search::Strength,
-    }],
+    parameters: &[
+        Parameter {
+            name: "coefficient",
+            unit: "1",
+            meaning: "friction per contact force",
+            null: Some(0.0),
+            range: (0.0, 0.9),
+            plausible: (0.002, 0.3),
+            typical: 0.03,
+            scale: Scale::Logarithmic,
+            search: Search::Strength,
+        },
+        CELL_SHARE,
+    ],
     signature: "a wedge-shaped loop of force over stroke: its width grows with the force",
     confused_with: &["hunt-crossley-damping", "guide-friction", "pad-relaxation"],
     separated_by: "hit at another distance from the axis; the loop's width over force does not depend on the speed",
@@ -34,4 +39,22 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
     assembly.guide.load_coefficient += effect.value(0);
+    assembly.guide.stands_on_cell(effect.value(1));
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::mechanism::tests::{near, strike};
+    use crate::rig::{Quantity, Rig};
+
+    /// On the cell the guide brings it all that the robot presses with, beside it what friction leaves of that.
+    #[test]
+    fn the_cell_reads_what_the_guide_stands_on() {
+        for (share, part) in [("0", 0.9), ("1", 1.0)] {
+            let effect = format!("load-dependent-friction:coefficient=0.1,cell_share={share}");
+            let impact = strike(Rig::impact(25e3), 0.25, 6.0, &[&effect]);
+            let contact_n = impact.value(Quantity::ContactForce, 0.01);
+            near("on the way in", impact.force_n(0.01), part * contact_n, 1e-9 * contact_n);
+        }
+    }
 }

@@ -2,9 +2,12 @@
 //!
 //! k(v) = k·(1 + a·ln(v/v_ref)), v the speed at first contact, to which the mean strain rate of the hit is
 //! proportional, and v_ref the speed at which the rig's own stiffness holds: that of the press or the hit that told it.
-//! (With a stiffness that nobody has stated, v_ref would be one number too many.) The law is one of the mean rate and
-//! not of the rate at each instant: with the latter the force would rise the faster the pad is let go, and a massless
-//! piece could not be balanced.
+//! (With a stiffness that nobody has stated, v_ref would be one number too many.)
+//!
+//! Some pads are better described by the rate at each instant (law 1), softest where the robot turns. To first order in a the rate is that
+//! of the impact without this effect, v² = v_0²·(1 − (δ/δ_max)²), so that the law is one of depth and equally stiff on the way out. A
+//! logarithm has no bottom, and a force that falls faster with depth than it grows cannot be balanced behind a spring: with v² + 2a·v_0² for
+//! v² it never does.
 //!
 //! What stiffens with the logarithm of the rate softens with that of time: a rubber that is a stiffer for e times the speed is
 //! a softer again once it has forgotten a factor e of it, after τ. F = k(v)·δ − a·k·z, ż = (δ − z)/τ; an impact that lasts t_c, short
@@ -15,7 +18,7 @@
 
 use super::pad_relaxation::Branch;
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
-use crate::rig::Assembly;
+use crate::rig::{Assembly, Deformation, ForceLaw, Response};
 
 /// No pad softens below this part of its stiffness: a logarithm has no bottom.
 const SOFTEST: f64 = 0.1;
@@ -28,7 +31,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Contact,
     site: Site::Pad,
     lasting: true,
-    equation: "F = k·(1 + a·ln(v/v_ref))·δ − a·k·z, dz/dt = (δ − z)/τ, v the speed at first contact",
+    equation: "law 0: F = k·(1 + a·ln(v/v_ref))·δ − a·k·z, dz/dt = (δ − z)/τ, v the speed at first contact; law 1: the rate at each instant for v, and no z",
     source: "logarithmic rate law of rubber; a 0.02 to 0.1",
     parameters: &[
         Parameter {
@@ -64,6 +67,17 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Logarithmic,
             search: Search::Typical,
         },
+        Parameter {
+            name: "law",
+            unit: "1",
+            meaning: "0: the speed at first contact counts, 1: the rate at each instant; others are rounded",
+            null: None,
+            range: (0.0, 1.0),
+            plausible: (0.0, 1.0),
+            typical: 0.0,
+            scale: Scale::Linear,
+            search: Search::Whole(&[0.0, 1.0]),
+        },
     ],
     signature: "the fitted stiffness grows with the logarithm of the speed; each pulse loses little",
     confused_with: &["hardening", "joint-elasticity", "mullins-softening"],
@@ -72,12 +86,60 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    let speed = assembly.approach.speed_m_per_s.abs().max(SLOWEST_M_PER_S);
+    let approach = assembly.approach;
+    let speed = approach.speed_m_per_s.abs().max(SLOWEST_M_PER_S);
     let (per_e_fold, memory_s) = (effect.value(0), effect.value(1));
+    let e_folds = (speed / effect.value(2)).ln();
+    if effect.value(3).round() == 1.0 {
+        let behind_n_per_m = assembly.pad.is_some().then_some(assembly.spring.stiffness_n_per_m);
+        let mass_kg = approach.effective_mass_kg;
+        let law = Instantaneous { per_e_fold, e_folds, speed_m_per_s: speed, mass_kg, behind_n_per_m };
+        assembly.contact_laws.push(Box::new(law));
+        return;
+    }
     let element = assembly.pad.as_mut().unwrap_or(&mut assembly.spring);
-    element.stiffness_n_per_m *= (1.0 + per_e_fold * (speed / effect.value(2)).ln()).max(SOFTEST);
+    element.stiffness_n_per_m *= (1.0 + per_e_fold * e_folds).max(SOFTEST);
     // No part of it has been forgotten at first, a factor e of the speed in the end.
     assembly.contact_laws.push(Box::new(Branch { ratio: per_e_fold, time_constant_s: memory_s, at_once: 0.0 }));
+}
+
+/// Stiffer by the rate at each instant.
+#[derive(Debug)]
+struct Instantaneous {
+    per_e_fold: f64,
+    /// Of the speed at first contact over the reference.
+    e_folds: f64,
+    speed_m_per_s: f64,
+    mass_kg: f64,
+    /// The springs behind a pad.
+    behind_n_per_m: Option<f64>,
+}
+
+impl ForceLaw for Instantaneous {
+    fn respond(&self, deformation: Deformation, _elastic: Response, _states: &[f64]) -> Response {
+        let stiffness = deformation.linear_n_per_m;
+        let series = self.behind_n_per_m.map_or(stiffness, |behind| 1.0 / (1.0 / stiffness + 1.0 / behind));
+        // How deep the element is pressed in by an impact without this effect.
+        let deepest_m = self.speed_m_per_s * (self.mass_kg / series).sqrt() * series / stiffness;
+        let part = (deformation.depth_m / deepest_m).clamp(-1.0, 1.0);
+        // The square of the rate over that at first contact, with what keeps a logarithm from having no bottom.
+        let square = 1.0 - part * part + 2.0 * self.per_e_fold.abs();
+        let factor = self.per_e_fold * (self.e_folds + 0.5 * square.ln());
+        if factor < SOFTEST - 1.0 {
+            let softest = (SOFTEST - 1.0) * stiffness;
+            return Response {
+                force_n: softest * deformation.depth_m,
+                stiffness_n_per_m: softest,
+                ..Response::default()
+            };
+        }
+        let falling = if part.abs() < 1.0 { self.per_e_fold * part * part / square } else { 0.0 };
+        Response {
+            force_n: factor * stiffness * deformation.depth_m,
+            stiffness_n_per_m: (factor - falling) * stiffness,
+            ..Response::default()
+        }
+    }
 }
 
 #[cfg(test)]
@@ -106,6 +168,27 @@ mod tests {
         near("padded", padded.truth().peak_n, ideal, 1e-6 * ideal);
         let slow = strike_as(Rig::impact(40e3), Approach::new(1e-4, 6.0), &["rate-stiffening:per_e_fold=0.25"]);
         assert!(slow.truth().peak_n > 0.0);
+    }
+
+    /// Where the robot is fast the pad is as stiff as at first contact; where it turns, a·ln √(2a) less. It gives back what it took.
+    #[test]
+    fn by_the_rate_at_each_instant_it_is_softest_where_the_robot_turns() {
+        for (stiffness, rig) in [(40e3, Rig::impact(40e3)), (20e3, Rig::impact(40e3).with_pad(40e3))] {
+            let impact = strike(rig, 0.3, 6.0, &["rate-stiffening:per_e_fold=0.02,reference_m_per_s=0.3,law=1"]);
+            let contact = impact.truth().contacts[0];
+            near("gives back", contact.speed_after_m_per_s, -0.3, 1e-6);
+            let top = 1.0 + 0.5 * 0.02 * 0.04_f64.ln();
+            let share = stiffness / 40e3;
+            // The top is reached a little deeper than without the effect, where nothing changes further.
+            let soft = contact.peak_n / contact.stroke_m / 40e3;
+            if share == 1.0 {
+                near("top", soft, top, 2e-3);
+            } else {
+                near("the springs stay", soft, 1.0, 1e-6);
+            }
+            let early = impact.force_n(0.002) / (stiffness * 0.3 * 0.002);
+            near("early", early, 1.0, 0.01);
+        }
     }
 
     /// To first order: of the energy a·t_c/τ is lost, half of that of the speed.

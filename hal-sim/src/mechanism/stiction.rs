@@ -62,7 +62,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 fn enter(effect: &Effect, assembly: &mut Assembly) {
     assembly.guide.coulomb_n += effect.value(0);
     assembly.guide.static_ratio = assembly.guide.static_ratio.max(effect.value(1));
-    assembly.guide.cell_share = effect.value(2);
+    assembly.guide.stands_on_cell(effect.value(2));
     assembly.guide.rest_share = effect.value(3);
     assembly.guide.stribeck_m_per_s = effect.value(4);
 }

@@ -39,6 +39,12 @@ pub struct Assembly {
 }
 
 impl Assembly {
+    /// What the robot touches.
+    #[must_use]
+    pub fn touched(&self) -> &Element {
+        self.pad.as_ref().unwrap_or(&self.spring)
+    }
+
     /// Puts the rig together for one impact.
     ///
     /// # Errors
@@ -102,6 +108,8 @@ pub struct Element {
     pub without_play: f64,
     /// The tension that it bears before the robot comes off it, N; 0: none.
     pub pull_off_n: f64,
+    /// How far apart robot and element are when that tension has fallen to nothing, m; 0: at once.
+    pub neck_m: f64,
     /// Laws that add to the linear force; those that depend on the elastic force come after the elastic ones.
     pub laws: Vec<Box<dyn ForceLaw>>,
 }
@@ -110,7 +118,14 @@ impl Element {
     /// A linear spring without loss.
     #[must_use]
     pub fn linear(stiffness_n_per_m: f64) -> Self {
-        Self { stiffness_n_per_m, damping_ns_per_m: 0.0, without_play: 1.0, pull_off_n: 0.0, laws: Vec::new() }
+        Self {
+            stiffness_n_per_m,
+            damping_ns_per_m: 0.0,
+            without_play: 1.0,
+            pull_off_n: 0.0,
+            neck_m: 0.0,
+            laws: Vec::new(),
+        }
     }
 }
 
@@ -199,8 +214,10 @@ pub struct Guide {
     pub static_ratio: f64,
     /// The speed at which friction has fallen most of the way from rest to sliding, m/s; 0: at once.
     pub stribeck_m_per_s: f64,
-    /// Drag of the air in the housing, N·s²/m²: `air_ns2_per_m2·v·|v|` against the piece, and on the cell.
+    /// Drag of the air in the housing, N·s²/m²: `air_ns2_per_m2·v·|v|` against the piece.
     pub air_ns2_per_m2: f64,
+    /// Which part of it presses on the load cell: 1 when the housing stands on the cell, 0 beside it.
+    pub air_cell_share: f64,
     /// Which part of the friction reaches the load cell; 0 when the guide stands beside the cell, 1 when it
     /// stands on it.
     pub cell_share: f64,
@@ -217,6 +234,7 @@ impl Default for Guide {
             static_ratio: 1.0,
             stribeck_m_per_s: 0.0,
             air_ns2_per_m2: 0.0,
+            air_cell_share: 1.0,
             cell_share: 0.0,
             rest_share: 1.0,
         }
@@ -226,6 +244,12 @@ impl Default for Guide {
 impl Guide {
     /// The speed that `rest_share` is stated at, m/s: the reduced speed of a robot under manual control (ISO 10218-1).
     pub const REST_SPEED_M_PER_S: f64 = 0.25;
+
+    /// The guide stands on the cell with this part of its friction. It is one guide whatever rubs in it: of two that say it the larger one
+    /// holds, in whatever order they enter.
+    pub fn stands_on_cell(&mut self, share: f64) {
+        self.cell_share = self.cell_share.max(share);
+    }
 
     /// Whether there is any friction.
     #[must_use]

@@ -23,8 +23,18 @@ struct Motion {
     system: System,
     trajectory: Trajectory,
     intervals: Vec<(f64, Option<f64>)>,
+    necks: Vec<Neck>,
     until_s: f64,
     effort: Effort,
+}
+
+/// What still pulls after a separation, until it breaks.
+#[derive(Clone, Copy, Debug)]
+struct Neck {
+    from_s: f64,
+    lasts_s: f64,
+    /// At first, N.
+    pull_n: f64,
 }
 
 /// What can be read at any instant.
@@ -82,6 +92,32 @@ pub struct Truth {
     pub peak_s: f64,
 }
 
+impl Motion {
+    /// One for each separation of a pad that sticks: the tension falls as the robot goes away.
+    fn necks(&self) -> Vec<Neck> {
+        let touched = self.system.assembly.touched();
+        if touched.pull_off_n == 0.0 || touched.neck_m == 0.0 {
+            return Vec::new();
+        }
+        let neck = |from_s: f64| {
+            let mut state = [0.0; MOST_STATES];
+            self.trajectory.state(self.trajectory.find(from_s), from_s, &mut state);
+            let lasts_s = touched.neck_m / state[1].abs().max(SLOWEST_M_PER_S);
+            Neck { from_s, lasts_s, pull_n: touched.pull_off_n }
+        };
+        self.intervals.iter().filter_map(|(_, end_s)| *end_s).map(neck).collect()
+    }
+
+    /// What pulls at an instant, N: from the piece to the robot, and on the cell.
+    fn neck_n(&self, time_s: f64) -> f64 {
+        let pull_n = |neck: &Neck| {
+            let part = (time_s - neck.from_s) / neck.lasts_s;
+            if (0.0..1.0).contains(&part) { neck.pull_n * (1.0 - part) } else { 0.0 }
+        };
+        self.necks.iter().map(pull_n).sum()
+    }
+}
+
 impl Impact {
     pub(super) fn new(
         mut system: System,
@@ -91,7 +127,9 @@ impl Impact {
         effort: Effort,
     ) -> Self {
         let chain = mem::take(&mut system.assembly.chain);
-        Self { motion: Arc::new(Motion { system, trajectory, intervals, until_s, effort }), chain }
+        let mut motion = Motion { system, trajectory, intervals, necks: Vec::new(), until_s, effort };
+        motion.necks = motion.necks();
+        Self { motion: Arc::new(motion), chain }
     }
 
     /// The same motion through another measuring chain: that of a rig which differs in mechanisms of the chain only.
@@ -175,6 +213,9 @@ impl Impact {
             let (here_s, here) = (&times_s[..inside], &mut values[..inside]);
             if quantity == Quantity::CellForce {
                 self.motion.trajectory.cell_n(stretch, here_s, here);
+                if !self.motion.necks.is_empty() {
+                    here.iter_mut().zip(here_s).for_each(|(value, time_s)| *value -= self.motion.neck_n(*time_s));
+                }
             } else {
                 here.iter_mut()
                     .zip(here_s)
@@ -294,12 +335,12 @@ impl Impact {
         if quantity == Quantity::CellForce {
             let mut cell_n = [0.0];
             self.motion.trajectory.cell_n(stretch, &[time_s.min(self.motion.until_s)], &mut cell_n);
-            return cell_n[0];
+            return cell_n[0] - self.motion.neck_n(time_s);
         }
         let instant = self.instant(stretch, time_s);
         match quantity {
             Quantity::CellForce => unreachable!("read above"),
-            Quantity::ContactForce => instant.contact_n,
+            Quantity::ContactForce => instant.contact_n - self.motion.neck_n(time_s),
             Quantity::Stroke => instant.piece_m,
             Quantity::Depth if self.motion.trajectory.stretches()[stretch].mode.touching => instant.over_m,
             Quantity::Depth => instant.piece_m,
@@ -310,6 +351,9 @@ impl Impact {
         }
     }
 }
+
+/// A robot that hardly moves away tears no faster than this, m/s.
+const SLOWEST_M_PER_S: f64 = 1e-3;
 
 /// Positive nodes and their weights of the 8-point Gauss–Legendre rule on [−1, 1] (Abramowitz and Stegun, 25.4.30).
 const GAUSS_LEGENDRE_8: [(f64, f64); 4] = [

@@ -115,7 +115,9 @@ pub(super) struct Instant {
     pub(super) piece_m_per_s: f64,
     frame_m_per_s2: f64,
     pub(super) contact_n: f64,
+    /// With the air.
     pub(super) spring_n: f64,
+    air_n: f64,
     pub(super) friction_n: f64,
     /// From link to tip.
     coupling_n: f64,
@@ -229,7 +231,7 @@ impl System {
             link_kg,
             contact_laws,
             balance_n: if form == PieceForm::Massive { force_n.max(ROUNDING_N) } else { ROUNDING_N },
-            pull_off_n: assembly.pad.as_ref().unwrap_or(&assembly.spring).pull_off_n,
+            pull_off_n: assembly.touched().pull_off_n,
             triggered,
             assembly,
         })
@@ -575,8 +577,8 @@ impl System {
         instant.piece_m = instant.over_m;
         instant.piece_m_per_s = instant.over_m_per_s;
         let guide = &self.assembly.guide;
-        instant.spring_n = self.spring(instant.piece_m, instant.piece_m_per_s, state, mode).force_n
-            + guide.air_n(instant.piece_m_per_s);
+        instant.air_n = guide.air_n(instant.piece_m_per_s);
+        instant.spring_n = self.spring(instant.piece_m, instant.piece_m_per_s, state, mode).force_n + instant.air_n;
         instant.contact_n = match mode.guiding {
             Guiding::Free => instant.spring_n,
             Guiding::Sliding(sign) => {
@@ -694,6 +696,7 @@ impl System {
             - spring.drift_n_per_s)
             / (part * pad.stiffness_n_per_m + spring.stiffness_n_per_m);
         instant.contact_n = pad.force_n;
+        instant.air_n = air_n;
         instant.spring_n = spring.force_n + air_n;
         instant.friction_n = instant.contact_n - instant.spring_n;
     }
@@ -737,7 +740,8 @@ impl System {
         instant.piece_m = piece_m;
         instant.piece_m_per_s = velocity;
         instant.contact_n = pad.force_n;
-        instant.spring_n = spring.force_n + guide.air_n(velocity);
+        instant.air_n = guide.air_n(velocity);
+        instant.spring_n = spring.force_n + instant.air_n;
         instant.friction_n = instant.contact_n - instant.spring_n;
     }
 
@@ -749,8 +753,8 @@ impl System {
         if mode.touching {
             instant.contact_n = self.pad(instant.depth_m(), instant.depth_m_per_s(), state, mode).force_n;
         }
-        instant.spring_n = self.spring(instant.piece_m, instant.piece_m_per_s, state, mode).force_n
-            + self.assembly.guide.air_n(instant.piece_m_per_s);
+        instant.air_n = self.assembly.guide.air_n(instant.piece_m_per_s);
+        instant.spring_n = self.spring(instant.piece_m, instant.piece_m_per_s, state, mode).force_n + instant.air_n;
         let stop_n = match self.assembly.piece {
             Some(piece) if mode.stop != Stop::Away => piece.stop_n(instant.piece_m, instant.piece_m_per_s),
             _ => 0.0,
@@ -769,7 +773,9 @@ impl System {
     /// What the cell bears.
     pub(super) fn cell_n(&self, instant: &Instant) -> f64 {
         let inertia_n = self.assembly.frame.map_or(0.0, |frame| frame.on_cell_kg * instant.frame_m_per_s2);
-        instant.spring_n + self.assembly.guide.cell_share * instant.friction_n - inertia_n
+        let guide = &self.assembly.guide;
+        let past_n = (1.0 - guide.air_cell_share) * instant.air_n;
+        instant.spring_n - past_n + guide.cell_share * instant.friction_n - inertia_n
     }
 
     /// For each event that this form can end with, a number that is positive until it happens.
@@ -907,6 +913,10 @@ impl System {
     fn part(&self, time_s: f64, state: &mut [f64], mode: &mut Mode) {
         let instant = self.instant(time_s, state, mode);
         mode.touching = false;
+        // What the neck takes until it breaks, it takes at once: a millisecond in which the robot hardly slows.
+        let torn_j = 0.5 * self.pull_off_n * self.assembly.touched().neck_m;
+        let left_m2_per_s2 = (state[1] * state[1] - 2.0 * torn_j / self.tip_kg).max(0.0);
+        state[1] = left_m2_per_s2.sqrt().copysign(state[1]);
         if self.form == PieceForm::Massive {
             return;
         }
