@@ -37,7 +37,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (0.0, 1.0),
             typical: 1.0,
             scale: Scale::Linear,
-            search: Search::Typical,
+            search: Search::OneOf(&[1.0, 0.0]),
         },
     ],
     signature: "a step of the force at contact that grows with the square of the speed, and less force on the way out",

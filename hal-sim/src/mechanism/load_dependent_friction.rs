@@ -29,7 +29,8 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Logarithmic,
             search: Search::Strength,
         },
-        CELL_SHARE,
+        // The loop that the cell sees turns round with it.
+        Parameter { search: Search::OneOf(&[0.0, 1.0]), ..CELL_SHARE },
     ],
     signature: "a wedge-shaped loop of force over stroke: its width grows with the force",
     confused_with: &["hunt-crossley-damping", "guide-friction", "pad-relaxation"],
