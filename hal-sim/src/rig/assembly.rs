@@ -18,6 +18,8 @@ pub struct Assembly {
     pub contact_laws: Vec<Box<dyn ForceLaw>>,
     /// The body springs.
     pub spring: Element,
+    /// A dashpot beside pad and springs together, from the robot to what the rig stands on, through the cell, N·s/m.
+    pub across_ns_per_m: f64,
     /// The guide of the piece.
     pub guide: Guide,
     /// The moving piece, where its inertia counts.
@@ -58,6 +60,7 @@ impl Assembly {
             pad: rig.pad_stiffness_n_per_m.map(Element::linear),
             contact_laws: Vec::new(),
             spring: Element::linear(rig.body_stiffness_n_per_m),
+            across_ns_per_m: 0.0,
             guide: Guide::default(),
             piece: None,
             frame: None,

@@ -115,9 +115,11 @@ pub(super) struct Instant {
     pub(super) piece_m_per_s: f64,
     frame_m_per_s2: f64,
     pub(super) contact_n: f64,
-    /// With the air.
+    /// With the air, and with what stands beside pad and springs.
     pub(super) spring_n: f64,
     air_n: f64,
+    /// Of the dashpot beside pad and springs.
+    across_n: f64,
     pub(super) friction_n: f64,
     /// From link to tip.
     coupling_n: f64,
@@ -269,7 +271,8 @@ impl System {
     /// [onset](System::onset), only a ramp is left.
     fn closing_n(&self, instant: &Instant, mode: &Mode) -> f64 {
         let parts_unloaded = self.pull_off_n == 0.0;
-        if self.form != PieceForm::Creeping || mode.guiding == Guiding::Sticking || !parts_unloaded {
+        let parts_pressed = self.assembly.across_ns_per_m > 0.0;
+        if self.form != PieceForm::Creeping || mode.guiding == Guiding::Sticking || !parts_unloaded || parts_pressed {
             return 0.0;
         }
         // Not the piece's own velocity: the less the pad damps, the more that one shows the solver's error.
@@ -525,6 +528,11 @@ impl System {
             PieceForm::Carried => self.carried(driven_n, body_kg, frame_n, state, mode, &mut instant),
             PieceForm::Balanced => self.balanced(time_s, state, mode, &mut instant),
             PieceForm::Creeping => self.creeping(state, mode, &mut instant),
+        }
+        if mode.touching {
+            instant.across_n = self.assembly.across_ns_per_m * instant.over_m_per_s;
+            instant.contact_n += instant.across_n;
+            instant.spring_n += instant.across_n;
         }
         let held = self.form == PieceForm::Carried && mode.touching && mode.guiding == Guiding::Sticking;
         instant.frame_m_per_s2 = self.frame_m_per_s2(frame_n, mode, &instant);
@@ -936,10 +944,12 @@ impl System {
     /// far out as friction holds; less what its momentum takes from that.
     fn left_m(&self, instant: &Instant, state: &[f64], mode: &Mode) -> f64 {
         let most_n = self.assembly.guide.coulomb_n;
-        let pulled = self.pull_off_n != 0.0 && instant.spring_n.abs() > most_n;
-        let held_n = if pulled { most_n.copysign(instant.spring_n) } else { instant.spring_n };
+        let spring_n = instant.spring_n - instant.across_n;
+        // A robot that pulls, or that leaves a pad which is still pressed, leaves more than friction holds.
+        let parts_loaded = self.pull_off_n != 0.0 || self.assembly.across_ns_per_m > 0.0;
+        let held_n = if parts_loaded && spring_n.abs() > most_n { most_n.copysign(spring_n) } else { spring_n };
         let left_n = self.assembly.guide.left_share(instant.over_m_per_s) * held_n;
-        if left_n == instant.spring_n {
+        if left_n == spring_n {
             return instant.piece_m;
         }
         depth_under(left_n, instant.piece_m, |depth_m| self.spring(depth_m, 0.0, state, mode))
@@ -1050,10 +1060,11 @@ impl System {
             PieceForm::Carried => self.spring(instant.over_m, instant.over_m_per_s, state, mode),
             _ => self.pad(depth_m, rate_m_per_s, state, mode),
         };
+        let press_n = would_press.force_n + self.assembly.across_ns_per_m * instant.over_m_per_s;
         // Air sucks a massless piece back more slowly than the robot leaves it; until that turns there is nothing to touch.
         let sucked = self.assembly.guide.air_ns2_per_m2 > 0.0 && self.form != PieceForm::Massive;
         let leaving_m = if sucked { -instant.over_m_per_s / self.pulsation_per_s() } else { f64::NEG_INFINITY };
-        gap_m.max(-would_press.force_n / would_press.stiffness_n_per_m.abs().max(1.0)).max(leaving_m)
+        gap_m.max(-press_n / would_press.stiffness_n_per_m.abs().max(1.0)).max(leaving_m)
     }
 
     /// How deep the pad stays when nothing presses on it: it has not recovered while its states have not.
