@@ -11,6 +11,7 @@ mod packages;
 mod peers;
 mod python;
 mod qemu;
+mod rigs;
 mod size;
 mod step;
 mod stories;
@@ -36,6 +37,7 @@ Chores:
   dictionary NODE...   print a DBC file for sensors with these node ids (1 to 127, or 0x01 to 0x7F)
   mechanisms           write docs/mechanisms.md from the list of mechanisms
   peers DIR            other people's methods on the cases of a run of `thud prove`, in their own Python environment
+  rigs DIR ...         campaigns of another simulator, diagnosed and scored; --seed, --cases, --kind and --effect are its options
   stories              make the telling cases of docs/proof/ anew
   tables               remake the tables of the README (accuracy, speed, board); takes an hour and more
 ";
@@ -58,6 +60,7 @@ fn main() -> ExitCode {
         Some("tables") => test::tables(),
         Some("dictionary") => dictionary::run(&arguments.collect::<Vec<_>>()),
         Some("peers") => peers::run(&arguments.collect::<Vec<_>>()),
+        Some("rigs") => rigs::run(&arguments.collect::<Vec<_>>()),
         Some("stories") => stories::run(),
         Some("mechanisms") => mechanisms::run(),
         Some("help" | "--help" | "-h") | None => {

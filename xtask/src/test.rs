@@ -1,6 +1,6 @@
 //! `cargo xtask test` and `cargo xtask tables`.
 
-use crate::{emulator, flashing, python, qemu, size, step, target, vcan};
+use crate::{emulator, flashing, python, qemu, rigs, size, step, target, vcan};
 
 /// Format, lints, documentation, tests: in the order in which a mistake is cheapest to find.
 ///
@@ -35,6 +35,7 @@ pub fn run() -> Result<(), String> {
         tests.env("THUD_CORTEX_M4", program);
     }
     step::run("tests", tests.env("THUD_PYTHON", python))?;
+    rigs::check()?;
     vcan::run_where_possible()?;
     toolchain.map_or(Ok(()), emulator::run)
 }
