@@ -1,13 +1,15 @@
 //! `cargo xtask rigs DIR …`: campaigns of another simulator, diagnosed and scored.
 //!
-//! `tests/python/other_rigs/` shares neither code nor authors with the tool: it was written after the contract and the table of mechanisms.
-//! Its Python is a virtual environment of its own (`target/rigs-venv`).
+//! `tests/python/other_rigs/` shares no code with the tool: it was written from the contract and the table of mechanisms alone.
+//! Its Python is a virtual environment of its own (`target/rigs-venv`), and what it compiles stays there.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use std::process::Command;
 
 use crate::{python, step};
 
 const PACKAGE: &str = "tests/python/other_rigs";
+const VENV: &str = "rigs-venv";
 
 /// Draws, diagnoses and scores; what follows the folder goes to the simulator.
 ///
@@ -18,9 +20,8 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
         return Err("where to? `cargo xtask rigs DIR [--seed S] [--cases N] [--kind KIND] [--effect ID]`".to_owned());
     };
     let folder = std::path::absolute(folder).map_err(|error| format!("{folder}: {error}"))?;
-    let python = environment()?;
+    let mut rigs = simulator("")?;
     step::run("the tool", &mut step::cargo(&["build", "--release", "-p", "thud", "--bin", "thud"]))?;
-    let mut rigs = step::command(python, &[PACKAGE]);
     step::run("rigs", rigs.arg(folder).arg("--thud").arg(step::root().join("target/release/thud")).args(rest))
 }
 
@@ -29,10 +30,14 @@ pub fn run(arguments: &[String]) -> Result<(), String> {
 /// # Errors
 /// A check that fails.
 pub fn check() -> Result<(), String> {
-    let script = Path::new(PACKAGE).join("test_other_rigs.py");
-    step::run("another simulator", step::command(environment()?, &["-B"]).arg(script))
+    step::run("another simulator", &mut simulator("test_other_rigs.py")?)
 }
 
-fn environment() -> Result<PathBuf, String> {
-    python::environment("rigs-venv", &Path::new(PACKAGE).join("requirements.txt"))
+/// One of its scripts; without a name the simulator itself.
+fn simulator(script: &str) -> Result<Command, String> {
+    let package = Path::new(PACKAGE);
+    let python = python::environment(VENV, &package.join("requirements.txt"))?;
+    let mut command = step::command(python, &["-B"]);
+    command.arg(package.join(script)).env("NUMBA_CACHE_DIR", step::root().join("target").join(VENV).join("compiled"));
+    Ok(command)
 }
