@@ -12,10 +12,11 @@
 //! | site | door | mechanisms |
 //! |---|---|---|
 //! | pad | [`ForceLaw`](crate::rig::ForceLaw) on `assembly.contact_laws`: force from depth, rate and states of its own; a knot where its form changes | `hunt-crossley-damping`, `viscous-damping` (depend on the rate), `pad-relaxation` (a state: the strain of the viscous branch), `hardening` (elastic) |
-//! | pad, spring | `stiffness_n_per_m` of the element, changed once with the approach's speed and order number in hand | `rate-stiffening` (with a law for what it forgets), `mullins-softening`, spring repeatability, a wrong spring |
-//! | contact | `pull_off_n` of the element that the robot touches: it holds at negative depth until then | `adhesion` |
+//! | pad, spring | `stiffness_n_per_m` of the element, changed once with the approach's speed and order number in hand | `rate-stiffening` (with a law for what it forgets; by the rate at each instant it is a `ForceLaw`), `mullins-softening`, spring repeatability, a wrong spring |
+//! | contact | `pull_off_n` and `neck_m` of the element that the robot touches: it holds at negative depth until then, and a little longer | `adhesion` |
+//! | contact | `assembly.across_ns_per_m`: a dashpot beside pad and springs together | `viscous-damping` (one of its forms) |
 //! | spring | `ForceLaw` on `assembly.spring`, with a knot | `end-stop`, `clearance` (a part bears only beyond a gap) |
-//! | guide | numbers of [`Guide`](crate::rig::Guide): Coulomb level, static ratio, Stribeck's speed, load coefficient, share through the cell, drag of the air | `guide-friction`, `stiction`, `load-dependent-friction`, `air-damping` |
+//! | guide | numbers of [`Guide`](crate::rig::Guide): Coulomb level, static ratio, Stribeck's speed, load coefficient, share through the cell, drag of the air and its share | `guide-friction`, `stiction`, `load-dependent-friction`, `air-damping` |
 //! | piece, base | a body: `assembly.piece`; `assembly.frame`, a second body below the springs | `moving-piece-inertia`, `frame-compliance` |
 //! | robot | `assembly.joint` splits the robot's mass in tip and link; `assembly.ceiling` lets them slip; `assembly.sway` accelerates all of it | `joint-elasticity`, `force-ceiling`, `link-oscillation` |
 //! | drive | [`Drive`](crate::rig::Drive): force on the robot from time since contact, position, velocity, and time since a trigger (a force passed for a delay) | `robot-push`, `collision-reaction`, `air-drag` |

@@ -50,7 +50,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    let touched = assembly.pad.as_mut().unwrap_or(&mut assembly.spring);
+    let touched = assembly.touched_mut();
     touched.pull_off_n += effect.value(0);
     touched.neck_m = effect.value(1);
 }

@@ -1,11 +1,14 @@
 //! The piece pushes the air out of its housing, and sucks it back: a drag by the square of its speed.
 //!
 //! F = c·v·|v|, v the rate of the stroke. Where the housing stands on the cell, that bears the air's pressure like the springs'
-//! force; where it stands beside it, the cell feels the air only by how it slows the piece; `cell_share` says which. A massless piece behind a pad finds its balance with this drag within about 2c·v/(k_pad + k_body), 0.1 to 0.5 ms: so
-//! the drag begins. Later that lag is left out, v is the rate at which the springs alone would share the robot's speed.
+//! force; where it stands beside it, the cell feels the air only by how it slows the piece; `cell_share` says which.
+//!
+//! A massless piece behind a pad finds its balance with this drag within about 2c·v/(k_pad + k_body), 0.1 to 0.5 ms: so the drag begins.
+//! Later that lag is left out, v is the rate at which the springs alone would share the robot's speed.
 //!
 //! Source: pressure loss of a turbulent flow through an opening; 1 N at 0.25 m/s, which is c = 16 N·s²/m².
 
+use super::guide_friction::CELL_SHARE;
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::Assembly;
 
@@ -30,14 +33,10 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         },
         Parameter {
             name: "cell_share",
-            unit: "1",
             meaning: "part of the air's pressure that the load cell bears: 1 when the housing stands on it, 0 beside it",
-            null: None,
-            range: (0.0, 1.0),
-            plausible: (0.0, 1.0),
             typical: 1.0,
-            scale: Scale::Linear,
             search: Search::OneOf(&[1.0, 0.0]),
+            ..CELL_SHARE
         },
     ],
     signature: "a step of the force at contact that grows with the square of the speed, and less force on the way out",

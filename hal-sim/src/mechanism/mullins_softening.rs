@@ -48,7 +48,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
     let factor = 1.0 + effect.value(0) * (-f64::from(assembly.approach.order) / effect.value(1)).exp();
-    let element = assembly.pad.as_mut().unwrap_or(&mut assembly.spring);
+    let element = assembly.touched_mut();
     element.stiffness_n_per_m *= factor;
 }
 

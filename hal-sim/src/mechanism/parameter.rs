@@ -91,6 +91,19 @@ impl Parameter {
         search: Search::EachImpact,
     };
 
+    /// A choice between two forms, 0 and 1, each held where it is tried; its name and meaning are its mechanism's.
+    pub(super) const EITHER: Self = Self {
+        name: "",
+        unit: "1",
+        meaning: "",
+        null: None,
+        range: (0.0, 1.0),
+        plausible: (0.0, 1.0),
+        typical: 0.0,
+        scale: Scale::Linear,
+        search: Search::Whole(&[0.0, 1.0]),
+    };
+
     /// Whether it is held at its value when a mechanism is fitted.
     #[must_use]
     pub fn is_held(&self) -> bool {

@@ -69,14 +69,8 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         },
         Parameter {
             name: "law",
-            unit: "1",
             meaning: "0: the speed at first contact counts, 1: the rate at each instant; others are rounded",
-            null: None,
-            range: (0.0, 1.0),
-            plausible: (0.0, 1.0),
-            typical: 0.0,
-            scale: Scale::Linear,
-            search: Search::Whole(&[0.0, 1.0]),
+            ..Parameter::EITHER
         },
     ],
     signature: "the fitted stiffness grows with the logarithm of the speed; each pulse loses little",
@@ -97,7 +91,7 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
         assembly.contact_laws.push(Box::new(law));
         return;
     }
-    let element = assembly.pad.as_mut().unwrap_or(&mut assembly.spring);
+    let element = assembly.touched_mut();
     element.stiffness_n_per_m *= (1.0 + per_e_fold * e_folds).max(SOFTEST);
     // No part of it has been forgotten at first, a factor e of the speed in the end.
     assembly.contact_laws.push(Box::new(Branch { ratio: per_e_fold, time_constant_s: memory_s, at_once: 0.0 }));

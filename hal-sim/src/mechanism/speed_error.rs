@@ -33,14 +33,8 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         },
         Parameter {
             name: "exponent",
-            unit: "1",
             meaning: "n: 0 where the error is a part of the speed, 1 where it is the same at every speed; others are rounded",
-            null: None,
-            range: (0.0, 1.0),
-            plausible: (0.0, 1.0),
-            typical: 0.0,
-            scale: Scale::Linear,
-            search: Search::Whole(&[0.0, 1.0]),
+            ..Parameter::EITHER
         },
     ],
     signature: "peak and impulse are off by the same ratio in every recording, or by more the slower it is; the duration is right",

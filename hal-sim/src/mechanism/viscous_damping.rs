@@ -31,14 +31,8 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         },
         Parameter {
             name: "across",
-            unit: "1",
             meaning: "0: beside the pad, 1: beside pad and springs together; others are rounded",
-            null: None,
-            range: (0.0, 1.0),
-            plausible: (0.0, 1.0),
-            typical: 0.0,
-            scale: Scale::Linear,
-            search: Search::Whole(&[0.0, 1.0]),
+            ..Parameter::EITHER
         },
     ],
     signature: "a step of the force at contact, proportional to the speed; the pulse ends while the pad is still pressed",
@@ -48,14 +42,10 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    let damping_ns_per_m = effect.value(0);
-    match &mut assembly.pad {
-        Some(_) if effect.value(1).round() == 1.0 && assembly.piece.is_none() => {
-            assembly.across_ns_per_m += damping_ns_per_m
-        }
-        Some(pad) => pad.damping_ns_per_m += damping_ns_per_m,
-        None => assembly.spring.damping_ns_per_m += damping_ns_per_m,
-    }
+    let is_across = effect.value(1).round() == 1.0 && assembly.pad.is_some() && assembly.piece.is_none();
+    let damping_ns_per_m =
+        if is_across { &mut assembly.across_ns_per_m } else { &mut assembly.touched_mut().damping_ns_per_m };
+    *damping_ns_per_m += effect.value(0);
 }
 
 #[cfg(test)]

@@ -47,6 +47,11 @@ impl Assembly {
         self.pad.as_ref().unwrap_or(&self.spring)
     }
 
+    /// The same, to be changed.
+    pub fn touched_mut(&mut self) -> &mut Element {
+        self.pad.as_mut().unwrap_or(&mut self.spring)
+    }
+
     /// Puts the rig together for one impact.
     ///
     /// # Errors

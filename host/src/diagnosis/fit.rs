@@ -508,6 +508,7 @@ impl Fit {
         let (gradient, local_gradients) = self.gradients(problem, tangent, part);
         let products = self.pulling(tangent, part).products();
         let whole = effort.globals && effort.nuisances;
+        let series = Series::of(problem, &self.layout).filter(|_| whole);
         for _ in 0..MOST_TRIES {
             let Some(normal) = products.factorised(*damping, effort.globals) else {
                 *damping *= 10.0;
@@ -533,7 +534,7 @@ impl Fit {
                     }
                 }
             }
-            if whole && let Some(series) = Series::of(problem, &self.layout) {
+            if let Some(series) = series {
                 series.bend(&self.point, &mut moved, part);
             }
             if let Some((fit, motions)) = Self::moving_at(problem, self.layout.clone(), moved, part)
