@@ -7,10 +7,15 @@
 //! piece where it is, at F_c. A real one is left with some momentum: at F_c − v·√(m·k) as long as that is little, and anywhere
 //! between −F_c and F_c beyond. F_c·rest_share^(v/0.25 m/s) is both on average.
 //!
-//! Source: C. A. Coulomb; play operator: M. Brokate, J. Sprekels, Hysteresis and Phase Transitions (1996), ch. 2.
+//! No guide holds rigidly, and no simulator that steps over friction does. With `bristles` friction is F_c·y, y the bend of bristles by z, `presliding_m`:
+//! z·dy/dt = v − y·√(v² + v_c²). Without v_c, `creep_m_per_s`, that is Dahl's solid, which holds for ever; without z it is friction in
+//! proportion to speeds far below v_c, F_c·v/√(v² + v_c²), as good as the tanh(v/v_c) of other simulators, and what it holds creeps home.
+//!
+//! Source: C. A. Coulomb; play operator: M. Brokate, J. Sprekels, Hysteresis and Phase Transitions (1996), ch. 2; bristles: P. R. Dahl,
+//! A solid friction model, Aerospace Corp. TOR-0158 (1968); presliding of 1 to 50 µm: B. Armstrong-Hélouvry et al., Automatica 30 (1994) 1083.
 
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
-use crate::rig::Assembly;
+use crate::rig::{Assembly, Guide};
 
 /// Where the friction goes: to the cell or past it.
 pub(super) const CELL_SHARE: Parameter = Parameter {
@@ -24,6 +29,46 @@ pub(super) const CELL_SHARE: Parameter = Parameter {
     scale: Scale::Linear,
     search: Search::Typical,
 };
+
+/// How the guide holds the piece. The two after it have a meaning with bristles only.
+pub(super) const BRISTLES: Parameter = Parameter {
+    name: "bristles",
+    meaning: "how it sticks: 0 rigidly, 1 on bristles that bend before they slide",
+    ..Parameter::EITHER
+};
+
+/// How far bristles bend.
+pub(super) const PRESLIDING: Parameter = Parameter {
+    name: "presliding_m",
+    unit: "m",
+    meaning: "how far the bristles bend before they slide",
+    null: None,
+    range: (1e-6, 1e-3),
+    plausible: (3e-6, 1e-4),
+    typical: 1e-5,
+    scale: Scale::Logarithmic,
+    search: Search::Typical,
+};
+
+/// How fast bristles forget.
+pub(super) const CREEP: Parameter = Parameter {
+    name: "creep_m_per_s",
+    unit: "m/s",
+    meaning: "speed below which the bristles' friction is proportional to the speed",
+    null: None,
+    range: (1e-6, 0.1),
+    plausible: (1e-5, 1e-2),
+    typical: 3e-4,
+    scale: Scale::Logarithmic,
+    search: Search::Typical,
+};
+
+/// Whatever holds the piece does it by such bristles, if it has any: `values` are the three parameters.
+pub(super) fn on_bristles(guide: &mut Guide, [bristles, presliding_m, creep_m_per_s]: [f64; 3]) {
+    if bristles > 0.5 {
+        (guide.presliding_m, guide.creep_m_per_s) = (presliding_m, creep_m_per_s);
+    }
+}
 
 /// What friction still holds when the robot has gone.
 pub(super) const REST_SHARE: Parameter = Parameter {
@@ -43,8 +88,8 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Guide,
     site: Site::Guide,
     lasting: true,
-    equation: "F_f = F_c·sgn(dx_p/dt) while sliding, |F_f| ≤ F_c while sticking",
-    source: "Coulomb friction with true sticking; 0.5 to 10 N for a printed guide",
+    equation: "F_f = F_c·sgn(dx_p/dt) while sliding, |F_f| ≤ F_c while sticking; on bristles F_f = F_c·y, z·dy/dt = v − y·√(v² + v_c²)",
+    source: "Coulomb friction with true sticking, or Dahl's bristles, which may forget; 0.5 to 10 N for a printed guide",
     parameters: &[
         Parameter {
             name: "force_N",
@@ -59,6 +104,9 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         },
         CELL_SHARE,
         REST_SHARE,
+        BRISTLES,
+        PRESLIDING,
+        CREEP,
     ],
     signature: "a loop of constant width in force over stroke, a short plateau at the turning point, a rest of up to F_c after release",
     confused_with: &["hunt-crossley-damping", "load-dependent-friction", "stiction", "piezo-discharge"],
@@ -70,4 +118,60 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
     assembly.guide.coulomb_n += effect.value(0);
     assembly.guide.stands_on_cell(effect.value(1));
     assembly.guide.rest_share = effect.value(2);
+    on_bristles(&mut assembly.guide, [3, 4, 5].map(|place| effect.value(place)));
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::mechanism::tests::{near, strike};
+    use crate::rig::{Quantity, Rig};
+
+    /// The shorter the bristles, the nearer they are to a piece that sticks: carried, in balance, creeping and heavy.
+    #[test]
+    fn short_bristles_stick() {
+        let bare = Rig::impact(25e3);
+        let padded = Rig::impact(25e3).with_pad(80e3);
+        let cases: [(&Rig, &[&str]); 5] = [
+            (&bare, &[]),
+            (&padded, &[]),
+            (&padded, &["viscous-damping:damping_Ns_per_m=5"]),
+            (&padded, &["load-dependent-friction:coefficient=0.05"]),
+            (&padded, &["moving-piece-inertia:mass_kg=0.1,pad_damping_ratio=0.05"]),
+        ];
+        for (rig, others) in cases {
+            for share in [0, 1] {
+                let run = |shape: &str| {
+                    let friction = format!("guide-friction:force_N=5,cell_share={share},{shape}");
+                    strike(*rig, 0.25, 6.0, &[&[friction.as_str()], others].concat())
+                };
+                let rigid = run("bristles=0");
+                let bent = run("bristles=1,presliding_m=1e-6,creep_m_per_s=1e-6");
+                let (contact, expected) = (bent.truth().contacts[0], rigid.truth().contacts[0]);
+                near("peak", contact.stroke_m / expected.stroke_m, 1.0, 1e-4);
+                near("end", contact.end_s.unwrap() / expected.end_s.unwrap(), 1.0, 2e-3);
+                near("loss", contact.loss_j / expected.loss_j, 1.0, 1e-2);
+                for time_s in [0.01, 0.02, 0.03, 0.04, 0.1] {
+                    near("force", bent.force_n(time_s), rigid.force_n(time_s), 0.3);
+                }
+            }
+        }
+    }
+
+    /// What bristles hold creeps home: −y/√(1 − y²)·v_c is its speed, y = k·x/F, as long as the springs are soft beside them.
+    #[test]
+    fn what_is_held_creeps_home() {
+        let (force, creep) = (2.0, 2e-3);
+        let rig = Rig::impact(25e3).with_pad(80e3);
+        let effect = format!("guide-friction:force_N={force},bristles=1,presliding_m=1e-6,creep_m_per_s={creep}");
+        let impact = strike(rig, 0.25, 6.0, &[&effect]);
+        let end = impact.truth().contacts[0].end_s.unwrap();
+        for after in [0.03, 0.05, 0.07] {
+            let (y, step) = (impact.force_n(end + after) / force, 1e-4);
+            let rate = (impact.force_n(end + after + step) - impact.force_n(end + after - step)) / (2.0 * step);
+            let expected = -creep * 25e3 * y / (1.0 - y * y).sqrt();
+            near("rate", rate / expected, 1.0, 0.03);
+        }
+        let held = impact.value(Quantity::Stroke, end + 0.05);
+        near("the springs press with what is left", 25e3 * held, impact.force_n(end + 0.05), 1e-6);
+    }
 }

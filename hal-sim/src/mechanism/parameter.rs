@@ -110,6 +110,12 @@ impl Parameter {
         matches!(self.search, Search::Held | Search::Whole(_))
     }
 
+    /// Whether it is a choice between two forms.
+    #[must_use]
+    pub fn is_either(&self) -> bool {
+        self.search == Self::EITHER.search
+    }
+
     /// Whether every impact has a value of its own.
     #[must_use]
     pub fn is_of_each_impact(&self) -> bool {

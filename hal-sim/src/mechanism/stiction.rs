@@ -52,6 +52,9 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Logarithmic,
             search: Search::Typical,
         },
+        super::guide_friction::BRISTLES,
+        super::guide_friction::PRESLIDING,
+        super::guide_friction::CREEP,
     ],
     signature: "a dead zone at the start and at the turning point from which it breaks loose; a rest after release",
     confused_with: &["guide-friction", "clearance"],
@@ -65,4 +68,5 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
     assembly.guide.stands_on_cell(effect.value(2));
     assembly.guide.rest_share = effect.value(3);
     assembly.guide.stribeck_m_per_s = effect.value(4);
+    super::guide_friction::on_bristles(&mut assembly.guide, [5, 6, 7].map(|place| effect.value(place)));
 }

@@ -211,7 +211,8 @@ pub trait ForceLaw: Debug + Send + Sync {
 /// Dry friction: it sticks as long as less than
 /// `(coulomb_n + load_coefficient·P)·static_ratio` is needed to hold it, and slides against
 /// `coulomb_n + load_coefficient·P`, P being the contact force; in between friction falls with the speed v as e^(−(v/v_s)²), v_s =
-/// `stribeck_m_per_s`.
+/// `stribeck_m_per_s`. Where `presliding_m` is not zero, it does not stick rigidly: bristles bend by about that much before they slide,
+/// and what they hold creeps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Guide {
     /// Sliding friction without load, N.
@@ -222,6 +223,10 @@ pub struct Guide {
     pub static_ratio: f64,
     /// The speed at which friction has fallen most of the way from rest to sliding, m/s; 0: at once.
     pub stribeck_m_per_s: f64,
+    /// How far the bristles bend before they slide, m; 0: the piece sticks rigidly.
+    pub presliding_m: f64,
+    /// The speed below which the bristles' friction is proportional to the speed, m/s: so fast creeps what they hold by all they have.
+    pub creep_m_per_s: f64,
     /// Drag of the air in the housing, N·s²/m²: `air_ns2_per_m2·v·|v|` against the piece.
     pub air_ns2_per_m2: f64,
     /// Which part of it presses on the load cell: 1 when the housing stands on the cell, 0 beside it.
@@ -241,6 +246,8 @@ impl Default for Guide {
             load_coefficient: 0.0,
             static_ratio: 1.0,
             stribeck_m_per_s: 0.0,
+            presliding_m: 0.0,
+            creep_m_per_s: 0.0,
             air_ns2_per_m2: 0.0,
             air_cell_share: 1.0,
             cell_share: 0.0,
@@ -263,6 +270,19 @@ impl Guide {
     #[must_use]
     pub fn rubs(&self) -> bool {
         self.coulomb_n > 0.0 || self.load_coefficient > 0.0
+    }
+
+    /// Whether bristles bend before it slides.
+    #[must_use]
+    pub fn bends(&self) -> bool {
+        self.rubs() && self.presliding_m > 0.0
+    }
+
+    /// How fast the bend of bristles changes at this velocity, 1/s; the bend is the part of the friction that they have: a Dahl solid that forgets,
+    /// `dy/dt = (v − y·√(v² + v_c²))/z`, z being `presliding_m` and `v_c` being `creep_m_per_s`. Sliding steadily they have v/√(v² + v_c²).
+    #[must_use]
+    pub fn bending_per_s(&self, bend: f64, velocity_m_per_s: f64) -> f64 {
+        (velocity_m_per_s - bend * velocity_m_per_s.hypot(self.creep_m_per_s)) / self.presliding_m
     }
 
     /// Drag of the air on a piece of this velocity, N.

@@ -13,7 +13,7 @@ use differential_equations::tolerance::Tolerance;
 
 use super::assembly::Assembly;
 use super::impact::Impact;
-use super::motion::{CONTACT_EVENT, MOST_EVENTS, MOST_STATES, Mode, PieceForm, System};
+use super::motion::{CONTACT_EVENT, MOST_EVENTS, MOST_STATES, Mode, System};
 use super::propagate::Propagator;
 use super::rosenbrock::Rosenbrock;
 use super::trajectory::{MOST_NODES, Trajectory};
@@ -181,7 +181,7 @@ fn by_size<const N: usize>(system: System, until_s: f64, accuracy: Accuracy) -> 
         if system.is_linear(mode) {
             let tolerances = system.tolerances(accuracy.force_n);
             Solver::Exact(Box::new(Propagator::new(system, mode, span_s, state, accuracy.relative, &tolerances)))
-        } else if system.form == PieceForm::Creeping && mode.touching {
+        } else if system.is_stiff(mode) {
             let finer = accuracy.relative / Accuracy::default().relative;
             let tolerances = system.tolerances(accuracy.force_n);
             let relative = (accuracy.relative, finer);

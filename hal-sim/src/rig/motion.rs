@@ -63,6 +63,8 @@ pub(super) enum Guiding {
     Sticking,
     /// Sliding in the direction of the sign.
     Sliding(f64),
+    /// Held or rubbed by bristles, whose bend is a state.
+    Bending,
 }
 
 /// Where a heavy piece is from the stop that it returns to.
@@ -143,6 +145,7 @@ struct Layout {
     link: Option<usize>,
     piece: Option<usize>,
     frame: Option<usize>,
+    bend: Option<usize>,
     contact: usize,
     spring: usize,
     len: usize,
@@ -208,6 +211,7 @@ impl System {
             PieceForm::Carried | PieceForm::Balanced => None,
         };
         let frame = assembly.frame.map(|_| place(2));
+        let bend = assembly.guide.bends().then(|| place(1));
         let contact = place(assembly.pad.as_ref().map_or(0, states));
         let spring = place(states(&assembly.spring));
         if len > MOST_STATES {
@@ -228,7 +232,7 @@ impl System {
             series_n_per_m,
             pulsation_per_s: (series_n_per_m / assembly.approach.effective_mass_kg).sqrt(),
             form,
-            layout: Layout { link, piece, frame, contact, spring, len },
+            layout: Layout { link, piece, frame, bend, contact, spring, len },
             tip_kg: assembly.approach.effective_mass_kg - link_kg,
             link_kg,
             contact_laws,
@@ -299,7 +303,9 @@ impl System {
             moment_s = instant.contact_n / (self.assembly.spring.stiffness_n_per_m * -instant.piece_m_per_s);
         } else {
             let left_n = match mode.guiding {
-                Guiding::Sliding(sign) => -sign * instant.grip * self.assembly.guide.coulomb_n,
+                Guiding::Sliding(_) | Guiding::Bending => {
+                    -self.engaged(state, mode) * instant.grip * self.assembly.guide.coulomb_n
+                }
                 Guiding::Free | Guiding::Sticking => 0.0,
             };
             let left_m = depth_under(left_n, instant.piece_m, |depth_m| self.spring(depth_m, 0.0, state, mode));
@@ -321,7 +327,7 @@ impl System {
         self.pulsation_per_s
     }
 
-    /// The first moment of a contact that a creeping piece begins freely: its length and the states after it.
+    /// The first moment of a contact that a creeping piece begins freely, or against unbent bristles: its length and the states after it.
     ///
     /// There the damping is next to nothing, so that the piece's equation is infinitely stiff only to become
     /// milder at once, and a solver that estimates its error with the first moment's stiffness overlooks it. But while
@@ -331,21 +337,28 @@ impl System {
         let (PieceForm::Creeping, Some(pad), Some(piece)) = (self.form, &self.assembly.pad, self.layout.piece) else {
             return None;
         };
-        if !mode.touching || mode.guiding != Guiding::Free {
+        let guide = &self.assembly.guide;
+        let unbent = mode.guiding == Guiding::Bending && self.engaged(state, mode) == 0.0;
+        if !mode.touching || !(unbent || mode.guiding == Guiding::Free) {
             return None;
         }
         let springs = self.assembly.spring.stiffness_n_per_m;
-        let moment_s = 1e-3 / self.pulsation_per_s();
         let speed = state[1] - self.layout.frame.map_or(0.0, |frame| state[frame + 1]);
         let mut velocity = speed * pad.stiffness_n_per_m / (pad.stiffness_n_per_m + springs);
+        let mut moment_s = 1e-3 / self.pulsation_per_s();
+        let mut bristles_n_per_m = 0.0;
+        if unbent {
+            moment_s = moment_s.min(1e-3 * guide.presliding_m / speed);
+            bristles_n_per_m = guide.grip(velocity) * guide.coulomb_n / guide.presliding_m;
+        }
         for _ in 0..40 {
             let closing = speed - velocity;
             let press = self.pad(closing * moment_s, closing, state, mode);
             let spring = self.spring(velocity * moment_s, velocity, state, mode);
-            let slope = (press.stiffness_n_per_m + spring.stiffness_n_per_m) * moment_s
+            let slope = (press.stiffness_n_per_m + spring.stiffness_n_per_m + bristles_n_per_m) * moment_s
                 + press.damping_ns_per_m
                 + spring.damping_ns_per_m;
-            let step = (press.force_n - spring.force_n) / slope;
+            let step = (press.force_n - spring.force_n - bristles_n_per_m * velocity * moment_s) / slope;
             velocity += step;
             if step.abs() <= 1e-14 {
                 break;
@@ -354,6 +367,9 @@ impl System {
         let mut rates = [0.0; MOST_STATES];
         self.rates(time_s, state, mode, &mut rates);
         rates[piece] = velocity;
+        if let Some(bend) = self.layout.bend {
+            rates[bend] = guide.bending_per_s(0.0, velocity);
+        }
         let mut after = [0.0; MOST_STATES];
         for ((after, before), rate) in after.iter_mut().zip(state).zip(rates) {
             *after = before + rate * moment_s;
@@ -381,6 +397,7 @@ impl System {
             && !(mode.touching && branches)
             && !falling
             && !stiff
+            && mode.guiding != Guiding::Bending
     }
 
     /// Whether a force may depend on the time itself.
@@ -392,6 +409,11 @@ impl System {
     fn is_driven(&self, mode: &Mode) -> bool {
         let waiting = self.triggered.len() - mode.acting.count_ones() as usize;
         self.assembly.drives.len() > waiting
+    }
+
+    /// Whether the equations of this form are stiff: a massless piece that finds its balance, or bristles that bend.
+    pub(super) fn is_stiff(&self, mode: &Mode) -> bool {
+        mode.guiding == Guiding::Bending || (self.form == PieceForm::Creeping && mode.touching)
     }
 
     /// Absolute tolerances of the states for a tolerance of the force at the cell.
@@ -409,6 +431,9 @@ impl System {
         }
         if let (Some(place), Some(frame)) = (self.layout.frame, self.assembly.frame) {
             tolerances[place + 1] = length * (frame.stiffness_n_per_m / frame.mass_kg).sqrt();
+        }
+        if let Some(bend) = self.layout.bend {
+            tolerances[bend] = force_n / self.assembly.guide.holding_n(0.0).max(force_n);
         }
         tolerances
     }
@@ -457,6 +482,9 @@ impl System {
                 let net_n = instant.contact_n - instant.spring_n - instant.friction_n;
                 rates[piece + 1] = net_n / body.mass_kg - instant.frame_m_per_s2;
             }
+        }
+        if let Some(bend) = self.layout.bend {
+            rates[bend] = self.assembly.guide.bending_per_s(state[bend], instant.piece_m_per_s);
         }
         if self.layout.spring > self.layout.contact {
             let pad = self.assembly.pad.as_ref().expect("laws with states are on a pad");
@@ -519,6 +547,7 @@ impl System {
             .map_or(0.0, |frame| -frame.stiffness_n_per_m * frame_m - frame.damping_ns_per_m * frame_m_per_s);
         match self.form {
             PieceForm::Massive => self.massive(state, mode, frame_n, &mut instant),
+            _ if !mode.touching && mode.guiding == Guiding::Bending => self.let_go(state, mode, &mut instant),
             _ if !mode.touching => {
                 let rubs = self.assembly.guide.rubs();
                 instant.piece_m = if rubs { mode.held_m } else { self.free_stroke_m(state, mode) };
@@ -589,7 +618,8 @@ impl System {
         instant.spring_n = self.spring(instant.piece_m, instant.piece_m_per_s, state, mode).force_n + instant.air_n;
         instant.contact_n = match mode.guiding {
             Guiding::Free => instant.spring_n,
-            Guiding::Sliding(sign) => {
+            Guiding::Sliding(_) | Guiding::Bending => {
+                let sign = self.engaged(state, mode);
                 let pressed_n = instant.spring_n + sign * instant.grip * guide.coulomb_n;
                 pressed_n / self.rubbed_part(sign, pressed_n, instant.grip)
             }
@@ -601,6 +631,46 @@ impl System {
             }
         };
         instant.friction_n = instant.contact_n - instant.spring_n;
+    }
+
+    /// Which part of the friction acts, against the motion if positive: all of it on a sliding piece, as much as they are bent of bristles.
+    fn engaged(&self, state: &[f64], mode: &Mode) -> f64 {
+        match mode.guiding {
+            Guiding::Free | Guiding::Sticking => 0.0,
+            Guiding::Sliding(sign) => sign,
+            Guiding::Bending => self.layout.bend.map_or(0.0, |bend| state[bend]),
+        }
+    }
+
+    /// The velocity of a massless piece on bristles, m/s: a·u + b·(u − y·√(u² + v_c²)) = a·`free_m_per_s`, a the stiffness that
+    /// brings it to its balance, b that of the bristles. The left side grows with u, so that Newton's rule finds it.
+    fn bent_m_per_s(&self, bend: f64, stiffness_n_per_m: f64, free_m_per_s: f64, friction_n: f64) -> f64 {
+        let guide = &self.assembly.guide;
+        let bristles_n_per_m = friction_n / guide.presliding_m;
+        let mut velocity = free_m_per_s;
+        for _ in 0..40 {
+            let slowed = velocity.hypot(guide.creep_m_per_s);
+            let excess_n_per_s =
+                stiffness_n_per_m * (velocity - free_m_per_s) + bristles_n_per_m * (velocity - bend * slowed);
+            let turn = if slowed > 0.0 { velocity / slowed } else { 0.0 };
+            let step = excess_n_per_s / (stiffness_n_per_m + bristles_n_per_m * (1.0 - bend * turn));
+            velocity -= step;
+            if step.abs() <= 1e-14 + 1e-12 * velocity.abs() {
+                break;
+            }
+        }
+        velocity
+    }
+
+    /// S(x_p) + y·F_s = 0: what bristles hold of a massless piece when the robot has gone, and how fast it creeps home.
+    fn let_go(&self, state: &[f64], mode: &Mode, instant: &mut Instant) {
+        let bend = self.engaged(state, mode);
+        let most_n = self.assembly.guide.holding_n(0.0);
+        instant.piece_m = depth_under(-bend * most_n, 0.0, |depth_m| self.spring(depth_m, 0.0, state, mode));
+        let spring = self.spring(instant.piece_m, 0.0, state, mode);
+        instant.piece_m_per_s = self.bent_m_per_s(bend, spring.stiffness_n_per_m, 0.0, most_n);
+        instant.spring_n = spring.force_n;
+        instant.friction_n = -spring.force_n;
     }
 
     /// The velocity of a massless piece if pad and springs alone shared the robot's, m/s.
@@ -677,7 +747,10 @@ impl System {
                 return;
             }
             Guiding::Free => (0.0, 0.0),
-            Guiding::Sliding(sign) => (sign, sign * instant.grip * self.assembly.guide.coulomb_n),
+            Guiding::Sliding(_) | Guiding::Bending => {
+                let sign = self.engaged(state, mode);
+                (sign, sign * instant.grip * self.assembly.guide.coulomb_n)
+            }
         };
         let air_n = self.air_behind_pad_n(time_s, instant);
         let level = level + air_n;
@@ -703,6 +776,11 @@ impl System {
         instant.piece_m_per_s = (part * (pad.stiffness_n_per_m * instant.over_m_per_s + pad.drift_n_per_s)
             - spring.drift_n_per_s)
             / (part * pad.stiffness_n_per_m + spring.stiffness_n_per_m);
+        if mode.guiding == Guiding::Bending {
+            let stiffness = part * pad.stiffness_n_per_m + spring.stiffness_n_per_m;
+            let friction_n = instant.grip * self.assembly.guide.sliding_n(pad.force_n);
+            instant.piece_m_per_s = self.bent_m_per_s(sign, stiffness, instant.piece_m_per_s, friction_n);
+        }
         instant.contact_n = pad.force_n;
         instant.air_n = air_n;
         instant.spring_n = spring.force_n + air_n;
@@ -717,7 +795,10 @@ impl System {
         let depth_m = instant.over_m - piece_m;
         let (sign, level) = match mode.guiding {
             Guiding::Sticking | Guiding::Free => (0.0, 0.0),
-            Guiding::Sliding(sign) => (sign, sign * instant.grip * self.assembly.guide.coulomb_n),
+            Guiding::Sliding(_) | Guiding::Bending => {
+                let sign = self.engaged(state, mode);
+                (sign, sign * instant.grip * self.assembly.guide.coulomb_n)
+            }
         };
         let sticking = mode.guiding == Guiding::Sticking;
         let likely = self.shared_m_per_s(instant);
@@ -770,12 +851,24 @@ impl System {
         instant.friction_n = match mode.guiding {
             Guiding::Free => stop_n,
             Guiding::Sliding(sign) => stop_n + sign * instant.grip * self.assembly.guide.sliding_n(instant.contact_n),
+            Guiding::Bending => stop_n + self.bristles_n(state, mode, instant),
             Guiding::Sticking => {
                 let swung_kg = self.assembly.piece.map_or(0.0, |piece| piece.mass_kg);
                 let swing_n = swung_kg * self.frame_m_per_s2(frame_n, mode, instant);
                 instant.contact_n - instant.spring_n - swing_n
             }
         };
+    }
+
+    /// What bent bristles do against a heavy piece, N: F·(y + √(m·z/F)·dy/dt), F the friction of sliding and z the bend; the piece would
+    /// ring on them for ever without their own damping, which is half of critical (C. Canudas de Wit et al., IEEE Trans. Autom. Control
+    /// 40 (1995) 419).
+    fn bristles_n(&self, state: &[f64], mode: &Mode, instant: &Instant) -> f64 {
+        let guide = &self.assembly.guide;
+        let (bend, friction_n) = (self.engaged(state, mode), instant.grip * guide.sliding_n(instant.contact_n));
+        let swung_kg = self.assembly.piece.map_or(0.0, |piece| piece.mass_kg);
+        let damping_ns = (swung_kg * guide.presliding_m * friction_n).sqrt();
+        friction_n * bend + damping_ns * guide.bending_per_s(bend, instant.piece_m_per_s)
     }
 
     /// What the cell bears.
@@ -804,7 +897,7 @@ impl System {
         }
         if mode.touching || self.form == PieceForm::Massive {
             match mode.guiding {
-                Guiding::Free => {}
+                Guiding::Free | Guiding::Bending => {}
                 Guiding::Sliding(sign) => margins[GUIDE_EVENTS[0]] = sign * self.sliding_m_per_s(&instant, state, mode),
                 Guiding::Sticking => {
                     let holding_n = self.held_n(&instant, 2.0);
@@ -911,6 +1004,7 @@ impl System {
     fn guiding_at_touch(&self, before: Guiding) -> Guiding {
         match self.form {
             _ if !self.assembly.guide.rubs() => Guiding::Free,
+            _ if self.assembly.guide.bends() => Guiding::Bending,
             PieceForm::Carried => Guiding::Sliding(1.0),
             PieceForm::Massive => before,
             PieceForm::Balanced | PieceForm::Creeping => Guiding::Sticking,
@@ -931,6 +1025,9 @@ impl System {
         mode.held_m = if self.assembly.guide.rubs() { self.left_m(&instant, state, mode) } else { 0.0 };
         if let Some(piece) = self.layout.piece {
             state[piece] = mode.held_m;
+        }
+        if let (Some(bend), most_n @ 1e-12..) = (self.layout.bend, self.assembly.guide.holding_n(0.0)) {
+            state[bend] = -self.spring(mode.held_m, 0.0, state, mode).force_n / most_n;
         }
         // What lay beyond a knot of the springs does so no longer, where the piece has jumped back.
         for (law, spring_law) in self.assembly.spring.laws.iter().enumerate() {
@@ -982,7 +1079,7 @@ impl System {
     fn change_guiding(&self, time_s: f64, state: &mut [f64], mode: &mut Mode) {
         let instant = self.instant(time_s, state, mode);
         match mode.guiding {
-            Guiding::Free => {}
+            Guiding::Free | Guiding::Bending => {}
             Guiding::Sticking => {
                 mode.guiding = Guiding::Sliding(instant.friction_n.signum());
             }
