@@ -51,6 +51,15 @@ impl Entrant {
         Self { effect, scope: Scope::Everywhere, own: Vec::new() }
     }
 
+    /// Whether both have the same one of their mechanism's two forms, if it has two.
+    #[must_use]
+    pub fn has_form_of(&self, other: &Self) -> bool {
+        let parameters = self.effect.mechanism().parameters.iter().enumerate();
+        parameters
+            .filter(|(_, one)| one.is_either())
+            .all(|(place, _)| self.effect.value(place) == other.effect.value(place))
+    }
+
     /// Whether both are the same mechanism in the same recordings.
     #[must_use]
     pub fn is_same_as(&self, other: &Self) -> bool {

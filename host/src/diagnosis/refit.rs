@@ -29,11 +29,11 @@ use super::verdict::SIGNIFICANT;
 pub struct Breadth {
     /// Mechanisms that are begun with.
     tried: usize,
-    /// From how many starts each.
+    /// From how many starts each, in each of its forms.
     begun: usize,
     /// Mechanisms that are refitted.
     refitted: usize,
-    /// From how many starts each.
+    /// From how many starts each, in each of its forms.
     starts: usize,
 }
 
@@ -203,7 +203,9 @@ fn in_turn(mut begun: Vec<Start>, all: f64, breadth: Breadth) -> Vec<Start> {
     let mut mechanisms: HashSet<&str> = HashSet::new();
     for number in by_cost.into_iter().enumerate().flat_map(|(by_promise, by_cost)| [by_promise, by_cost]) {
         let kind = begun[number].kind();
-        let of_same = taken.iter().filter(|other| begun[**other].kind() == kind).count();
+        let entrant = added(&begun[number].fit);
+        let same = |other: &Start| other.kind() == kind && added(&other.fit).has_form_of(entrant);
+        let of_same = taken.iter().filter(|other| same(&begun[**other])).count();
         let most = if kind.1 { breadth.starts } else { 1 };
         let room = mechanisms.len() < breadth.refitted || mechanisms.contains(kind.0);
         if !taken.contains(&number) && of_same < most && room {
@@ -252,10 +254,15 @@ fn finished(problem: &Problem, base: &Fit, mut starts: Vec<Start>, part: Part<'_
     let mut looked: Vec<(Trial, f64)> =
         starts.into_iter().map(|start| (Trial::new(problem, start.fit), start.promised)).collect();
     looked.sort_by(|a, b| a.0.bic.total_cmp(&b.0.bic));
-    let mut once: HashSet<(&str, Scope)> = HashSet::new();
+    // Of a mechanism's two forms the one that leads early need not end best.
+    let mut once: Vec<Entrant> = Vec::new();
     looked.retain(|(trial, _)| {
         let added = added(&trial.fit);
-        once.insert((added.effect.mechanism().id, added.scope))
+        let is_new = once.iter().all(|other| !(other.is_same_as(added) && other.has_form_of(added)));
+        if is_new {
+            once.push(added.clone());
+        }
+        is_new
     });
     let mut trials: Vec<Trial> = looked
         .into_par_iter()
@@ -271,6 +278,11 @@ fn finished(problem: &Problem, base: &Fit, mut starts: Vec<Start>, part: Part<'_
         })
         .collect();
     trials.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+    let mut once: HashSet<(&str, Scope)> = HashSet::new();
+    trials.retain(|trial| {
+        let added = added(&trial.fit);
+        once.insert((added.effect.mechanism().id, added.scope))
+    });
     trials
 }
 
@@ -354,7 +366,8 @@ fn promising<'a>(base: &Fit, scores: &'a [Screened], breadth: Breadth) -> Vec<&'
     for score in &order {
         let of_same = || chosen.iter().filter(|other| id(other) == id(score));
         let take = if everywhere(score) {
-            of_same().filter(|other| everywhere(other)).count() < breadth.begun
+            let same_form = |other: &&&Screened| everywhere(other) && other.entrant.has_form_of(&score.entrant);
+            of_same().filter(same_form).count() < breadth.begun
         } else {
             // Only where it says clearly more than the same everywhere would.
             let same = order.iter().filter(|other| id(other) == id(score) && everywhere(other));
