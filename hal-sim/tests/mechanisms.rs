@@ -7,7 +7,8 @@ use thud_sim::rig::{Accuracy, Approach, Quantity, Rig};
 
 /// A mechanism of the list with plausible values.
 fn effect() -> impl Strategy<Value = Effect> {
-    (0..LIST.len(), proptest::collection::vec(0.0..=1.0, 5)).prop_map(|(place, parts)| {
+    let most = LIST.iter().map(|mechanism| mechanism.parameters.len()).max().expect("there are mechanisms");
+    (0..LIST.len(), proptest::collection::vec(0.0..=1.0, most)).prop_map(|(place, parts)| {
         let mut effect = LIST[place].typical();
         for (number, parameter) in LIST[place].parameters.iter().enumerate() {
             let ((low, high), part): (_, f64) = (parameter.plausible, parts[number]);

@@ -302,15 +302,13 @@ impl System {
         if dashpot {
             moment_s = instant.contact_n / (self.assembly.spring.stiffness_n_per_m * -instant.piece_m_per_s);
         } else {
-            let left_n = match mode.guiding {
-                Guiding::Sliding(_) | Guiding::Bending => {
-                    -self.engaged(state, mode) * instant.grip * self.assembly.guide.coulomb_n
-                }
-                Guiding::Free | Guiding::Sticking => 0.0,
-            };
+            let left_n = -self.engaged(state, mode) * instant.grip * self.assembly.guide.coulomb_n;
             let left_m = depth_under(left_n, instant.piece_m, |depth_m| self.spring(depth_m, 0.0, state, mode));
             moment_s = (instant.over_m - left_m - free_m) / -instant.over_m_per_s;
             (rates[0], rates[piece]) = (instant.tip_m_per_s, (left_m - instant.piece_m) / moment_s);
+            if let Some(bend) = self.layout.bend {
+                rates[bend] = 0.0;
+            }
         }
         if rates[piece] > 0.0 || !(1e-15..=5.0 * CLOSING_RADIANS / self.pulsation_per_s()).contains(&moment_s) {
             return None;
@@ -617,8 +615,7 @@ impl System {
         instant.air_n = guide.air_n(instant.piece_m_per_s);
         instant.spring_n = self.spring(instant.piece_m, instant.piece_m_per_s, state, mode).force_n + instant.air_n;
         instant.contact_n = match mode.guiding {
-            Guiding::Free => instant.spring_n,
-            Guiding::Sliding(_) | Guiding::Bending => {
+            Guiding::Free | Guiding::Sliding(_) | Guiding::Bending => {
                 let sign = self.engaged(state, mode);
                 let pressed_n = instant.spring_n + sign * instant.grip * guide.coulomb_n;
                 pressed_n / self.rubbed_part(sign, pressed_n, instant.grip)
@@ -738,22 +735,16 @@ impl System {
 
     /// (1 − σμ)·P(x − x_p) = S(x_p) + σ·F_c, solved for x_p; its derivative by time gives the velocity.
     fn balanced(&self, time_s: f64, state: &[f64], mode: &Mode, instant: &mut Instant) {
-        let (sign, level) = match mode.guiding {
-            Guiding::Sticking => {
-                instant.piece_m = mode.held_m;
-                instant.contact_n = self.pad(instant.over_m - mode.held_m, 0.0, state, mode).force_n;
-                instant.spring_n = self.spring(mode.held_m, 0.0, state, mode).force_n;
-                instant.friction_n = instant.contact_n - instant.spring_n;
-                return;
-            }
-            Guiding::Free => (0.0, 0.0),
-            Guiding::Sliding(_) | Guiding::Bending => {
-                let sign = self.engaged(state, mode);
-                (sign, sign * instant.grip * self.assembly.guide.coulomb_n)
-            }
-        };
+        if mode.guiding == Guiding::Sticking {
+            instant.piece_m = mode.held_m;
+            instant.contact_n = self.pad(instant.over_m - mode.held_m, 0.0, state, mode).force_n;
+            instant.spring_n = self.spring(mode.held_m, 0.0, state, mode).force_n;
+            instant.friction_n = instant.contact_n - instant.spring_n;
+            return;
+        }
+        let sign = self.engaged(state, mode);
         let air_n = self.air_behind_pad_n(time_s, instant);
-        let level = level + air_n;
+        let level = sign * instant.grip * self.assembly.guide.coulomb_n + air_n;
         let mut part = 1.0 - sign * instant.grip * self.assembly.guide.load_coefficient;
         let softness = self.assembly.pad.as_ref().map_or(0.0, |pad| pad.stiffness_n_per_m);
         let mut piece_m =
@@ -793,13 +784,8 @@ impl System {
     fn creeping(&self, state: &[f64], mode: &Mode, instant: &mut Instant) {
         let piece_m = state[self.layout.piece.expect("a creeping piece has a place")];
         let depth_m = instant.over_m - piece_m;
-        let (sign, level) = match mode.guiding {
-            Guiding::Sticking | Guiding::Free => (0.0, 0.0),
-            Guiding::Sliding(_) | Guiding::Bending => {
-                let sign = self.engaged(state, mode);
-                (sign, sign * instant.grip * self.assembly.guide.coulomb_n)
-            }
-        };
+        let sign = self.engaged(state, mode);
+        let level = sign * instant.grip * self.assembly.guide.coulomb_n;
         let sticking = mode.guiding == Guiding::Sticking;
         let likely = self.shared_m_per_s(instant);
         let guide = &self.assembly.guide;
@@ -1158,9 +1144,16 @@ impl System {
             _ => self.pad(depth_m, rate_m_per_s, state, mode),
         };
         let press_n = would_press.force_n + self.assembly.across_ns_per_m * instant.over_m_per_s;
-        // Air sucks a massless piece back more slowly than the robot leaves it; until that turns there is nothing to touch.
-        let sucked = self.assembly.guide.air_ns2_per_m2 > 0.0 && self.form != PieceForm::Massive;
-        let leaving_m = if sucked { -instant.over_m_per_s / self.pulsation_per_s() } else { f64::NEG_INFINITY };
+        // Air and bristles let a massless piece back more slowly than the robot leaves it, and a dashpot across lets go of a pressed pad;
+        // until that turns there is nothing to touch.
+        let slowed = self.assembly.guide.air_ns2_per_m2 > 0.0
+            || self.assembly.across_ns_per_m > 0.0
+            || mode.guiding == Guiding::Bending;
+        let leaving_m = if slowed && self.form != PieceForm::Massive {
+            -instant.over_m_per_s / self.pulsation_per_s()
+        } else {
+            f64::NEG_INFINITY
+        };
         gap_m.max(-press_n / would_press.stiffness_n_per_m.abs().max(1.0)).max(leaving_m)
     }
 
