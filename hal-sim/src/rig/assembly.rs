@@ -282,7 +282,8 @@ impl Guide {
     /// `dy/dt = (v − y·√(v² + v_c²))/z`, z being `presliding_m` and `v_c` being `creep_m_per_s`. Sliding steadily they have v/√(v² + v_c²).
     #[must_use]
     pub fn bending_per_s(&self, bend: f64, velocity_m_per_s: f64) -> f64 {
-        (velocity_m_per_s - bend * velocity_m_per_s.hypot(self.creep_m_per_s)) / self.presliding_m
+        let slowed = (velocity_m_per_s * velocity_m_per_s + self.creep_m_per_s * self.creep_m_per_s).sqrt();
+        (velocity_m_per_s - bend * slowed) / self.presliding_m
     }
 
     /// Drag of the air on a piece of this velocity, N.

@@ -639,24 +639,17 @@ impl System {
         }
     }
 
-    /// The velocity of a massless piece on bristles, m/s: a·u + b·(u − y·√(u² + v_c²)) = a·`free_m_per_s`, a the stiffness that
-    /// brings it to its balance, b that of the bristles. The left side grows with u, so that Newton's rule finds it.
+    /// The velocity of a massless piece on bristles, m/s: a·(u − `free_m_per_s`) + b·(u − y·√(u² + v_c²)) = 0, a the stiffness that
+    /// brings it to its balance, b that of the bristles. Of the two roots of its square that on which u − free has the sign of y.
     fn bent_m_per_s(&self, bend: f64, stiffness_n_per_m: f64, free_m_per_s: f64, friction_n: f64) -> f64 {
         let guide = &self.assembly.guide;
         let bristles_n_per_m = friction_n / guide.presliding_m;
-        let mut velocity = free_m_per_s;
-        for _ in 0..40 {
-            let slowed = velocity.hypot(guide.creep_m_per_s);
-            let excess_n_per_s =
-                stiffness_n_per_m * (velocity - free_m_per_s) + bristles_n_per_m * (velocity - bend * slowed);
-            let turn = if slowed > 0.0 { velocity / slowed } else { 0.0 };
-            let step = excess_n_per_s / (stiffness_n_per_m + bristles_n_per_m * (1.0 - bend * turn));
-            velocity -= step;
-            if step.abs() <= 1e-14 + 1e-12 * velocity.abs() {
-                break;
-            }
-        }
-        velocity
+        let both = stiffness_n_per_m + bristles_n_per_m;
+        let bent = bristles_n_per_m * bend;
+        let driven = stiffness_n_per_m * free_m_per_s;
+        let determinant = both * both - bent * bent;
+        let root = (driven * driven + guide.creep_m_per_s * guide.creep_m_per_s * determinant).sqrt();
+        (both * driven + bent * root) / determinant
     }
 
     /// S(x_p) + y·F_s = 0: what bristles hold of a massless piece when the robot has gone, and how fast it creeps home.

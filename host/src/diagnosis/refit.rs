@@ -60,6 +60,8 @@ const STILL: f64 = 20.0;
 const SPARE: f64 = 50.0;
 /// One that would be the best after so many steps like its last is followed until it converges, whoever leads.
 const SOON: f64 = 4.0;
+/// The form of a mechanism that is behind its other one is followed in so many stretches, as long as it would overtake that soon.
+const STRETCHES: usize = 6;
 /// A signature of which more than this is imitated by re-tuning is mere re-tuning.
 const MERE_TUNING: f64 = 0.995;
 /// How often a start that makes everything worse is taken back, and to which part of it, or one that helps is lengthened.
@@ -254,7 +256,7 @@ fn finished(problem: &Problem, base: &Fit, mut starts: Vec<Start>, part: Part<'_
     let mut looked: Vec<(Trial, f64)> =
         starts.into_iter().map(|start| (Trial::new(problem, start.fit), start.promised)).collect();
     looked.sort_by(|a, b| a.0.bic.total_cmp(&b.0.bic));
-    // Of a mechanism's two forms the one that leads early need not end best.
+    // Of a mechanism's two forms the one that leads early need not end best: the other is followed while it may.
     let mut once: Vec<Entrant> = Vec::new();
     looked.retain(|(trial, _)| {
         let added = added(&trial.fit);
@@ -264,16 +266,34 @@ fn finished(problem: &Problem, base: &Fit, mut starts: Vec<Start>, part: Part<'_
         }
         is_new
     });
+    let would_be = |fit: &Fit| fit.cost - SOON * fit.gaining;
+    // What the mechanism's other form has come to, where that leads.
+    let other_form = |rank: usize, fit: &Fit| {
+        let ahead = looked[..rank].iter().find(|(other, _)| added(&other.fit).is_same_as(added(fit)));
+        ahead.map_or(f64::INFINITY, |(other, _)| other.fit.cost)
+    };
+    let followed = |mut fit: Fit, to_beat: f64| {
+        if to_beat == f64::INFINITY {
+            return run(fit, Effort::FULL);
+        }
+        for _ in 0..STRETCHES {
+            if fit.is_settled() || would_be(&fit) >= to_beat {
+                break;
+            }
+            fit = run(fit, Effort::AGAIN)?;
+        }
+        Some(fit)
+    };
     let mut trials: Vec<Trial> = looked
-        .into_par_iter()
+        .par_iter()
         .enumerate()
         .filter_map(|(rank, (trial, promised))| {
-            let soon = trial.fit.cost - SOON * trial.fit.gaining < best;
-            let leads = rank < FINISHED || soon || is_promised(base, promised, best);
-            if leads && may_still(base, &trial.fit, promised, best) {
-                Some(Trial::new(problem, run(trial.fit, Effort::FULL)?))
+            let leads = rank < FINISHED || would_be(&trial.fit) < best || is_promised(base, *promised, best);
+            if leads && may_still(base, &trial.fit, *promised, best) {
+                let to_beat = other_form(rank, &trial.fit);
+                Some(Trial::new(problem, followed(trial.fit.clone(), to_beat)?))
             } else {
-                Some(trial)
+                Some(trial.clone())
             }
         })
         .collect();
