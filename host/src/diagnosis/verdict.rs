@@ -5,7 +5,7 @@
 //! | `consistent` | nothing was needed, and nothing is left |
 //! | `named` | these mechanisms, and nothing significant is left |
 //! | `ambiguous` | at least one of them is known only up to a set |
-//! | `unexplained` | something significant is left that no mechanism of the list explains, or only one in a shape that nothing has, in recordings that have nothing in common, or on a rig that is not the stated one |
+//! | `unexplained` | something significant is left that no mechanism of the list explains, or only one in a shape that nothing has, one of several in recordings that have nothing in common, or one on a rig that is not the stated one |
 
 use thud_sim::mechanism::{Parameter, Scale};
 
@@ -195,12 +195,20 @@ pub fn rest_share(selection: &Selection) -> f64 {
         })
     };
     let elsewhere = is_of_another_rig(selection);
-    let doubtful = |place: usize| unlikely(selection, place).is_some() || selection.best.coincidences.contains(&place);
+    let doubtful = |place: usize| unlikely(selection, place).is_some() || is_doubtful_choice(selection, place);
     let misnamed = |place: &usize| elsewhere || doubtful(*place) && !likelier(*place);
     let of_place = |place: usize| selection.worth.get(place).map_or(gained, |worth| worth.clamp(0.0, gained));
     let places = 0..selection.best.fit.layout.entrants.len();
     let unnamed = left + places.filter(misnamed).map(of_place).sum::<f64>().min(gained);
     if unnamed == 0.0 { 0.0 } else { unnamed / (left + gained) }
+}
+
+/// Whether the mechanism in this place would have to choose its recordings, which is believed only of one that explains everything by itself and
+/// that nothing else can stand in for: whoever did the test may know what those recordings have in common.
+#[must_use]
+pub fn is_doubtful_choice(selection: &Selection, place: usize) -> bool {
+    let Trial { fit, coincidences, .. } = &selection.best;
+    coincidences.contains(&place) && (fit.layout.entrants.len() > 1 || !twins(selection, place).is_empty())
 }
 
 /// Mechanisms that these recordings cannot tell from the one in this place: id and gap in BIC, nearest first.

@@ -5,7 +5,7 @@ use super::evidence::{Contest, Evidence, Limit, Standing, evidence, scope_words}
 use super::layout::Role;
 use super::retuned::retuned;
 use super::select::{BY_CHANCE, ENOUGH};
-use super::verdict::{Unlikely, is_of_another_rig, unlikely};
+use super::verdict::{Unlikely, is_doubtful_choice, is_of_another_rig, unlikely};
 use super::{Diagnosis, RigKind};
 use crate::decimal::significant;
 
@@ -108,8 +108,8 @@ pub fn verdict(diagnosis: &Diagnosis, answer: &Answer) -> String {
         }
         "unexplained" => {
             let selection = &diagnosis.selection;
-            let misnamed = !selection.best.coincidences.is_empty()
-                || (0..names.len()).any(|place| unlikely(selection, place).is_some());
+            let is_doubtful = |place| unlikely(selection, place).is_some() || is_doubtful_choice(selection, place);
+            let misnamed = (0..names.len()).any(is_doubtful);
             let names = listed(&names, "and");
             let more = if is_of_another_rig(&diagnosis.selection) {
                 "but only on another rig than the stated one; on that, no mechanism of the list explains them"
@@ -187,7 +187,9 @@ pub fn because(diagnosis: &Diagnosis, place: usize) -> String {
         parts.push(format!("it acts {scope}"));
     }
     if selection.best.coincidences.contains(&place) {
-        parts.push("these have nothing else in common, and it is a thing that lasts".to_owned());
+        let doubt =
+            if is_doubtful_choice(selection, place) { "" } else { ", but nothing else of the list comes near it" };
+        parts.push(format!("these have nothing else in common, and it is a thing that lasts{doubt}"));
     }
     if let Some(Unlikely { name, unit, value, likely: (low, high) }) = unlikely(selection, place) {
         parts.push(format!(
