@@ -42,7 +42,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (1.0, 4.0),
             typical: 2.0,
             scale: Scale::Linear,
-            search: Search::Whole(&[1.0, 2.0, 4.0]),
+            search: Search::Form(&[1.0, 2.0, 4.0]),
         },
     ],
     signature: "the foot is round, the end of the pulse has a tail that may swing below zero; all is shifted, so the instant of contact hides most of it",

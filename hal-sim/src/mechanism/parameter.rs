@@ -34,6 +34,8 @@ pub enum Search {
     OneOf(&'static [f64]),
     /// At each of these, and held there: a whole number.
     Whole(&'static [f64]),
+    /// At each of these, and held there: a form of its own, which is followed beside the others.
+    Form(&'static [f64]),
     /// Spread over the plausible range.
     Plausible,
     /// At parts of the strokes that the springs have made.
@@ -70,7 +72,7 @@ impl Search {
     #[must_use]
     pub const fn remark(self) -> &'static str {
         match self {
-            Self::Held | Self::Whole(_) => "held, not fitted",
+            Self::Held | Self::Whole(_) | Self::Form(_) => "held, not fitted",
             Self::EachImpact | Self::EachInstant => "each impact has its own",
             _ => "",
         }
@@ -101,19 +103,19 @@ impl Parameter {
         plausible: (0.0, 1.0),
         typical: 0.0,
         scale: Scale::Linear,
-        search: Search::Whole(&[0.0, 1.0]),
+        search: Search::Form(&[0.0, 1.0]),
     };
 
     /// Whether it is held at its value when a mechanism is fitted.
     #[must_use]
     pub fn is_held(&self) -> bool {
-        matches!(self.search, Search::Held | Search::Whole(_))
+        matches!(self.search, Search::Held | Search::Whole(_) | Search::Form(_))
     }
 
-    /// Whether it is a choice between two forms.
+    /// Whether it is a choice between forms of its mechanism.
     #[must_use]
-    pub fn is_either(&self) -> bool {
-        self.search == Self::EITHER.search
+    pub fn is_form(&self) -> bool {
+        matches!(self.search, Search::Form(_))
     }
 
     /// Whether every impact has a value of its own.

@@ -51,12 +51,12 @@ impl Entrant {
         Self { effect, scope: Scope::Everywhere, own: Vec::new() }
     }
 
-    /// Whether both have the same one of their mechanism's two forms, if it has two.
+    /// Whether both have the same form of their mechanism, if it has several.
     #[must_use]
     pub fn has_form_of(&self, other: &Self) -> bool {
         let parameters = self.effect.mechanism().parameters.iter().enumerate();
         parameters
-            .filter(|(_, one)| one.is_either())
+            .filter(|(_, one)| one.is_form())
             .all(|(place, _)| self.effect.value(place) == other.effect.value(place))
     }
 

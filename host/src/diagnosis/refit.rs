@@ -60,7 +60,7 @@ const STILL: f64 = 20.0;
 const SPARE: f64 = 50.0;
 /// One that would be the best after so many steps like its last is followed until it converges, whoever leads.
 const SOON: f64 = 4.0;
-/// The form of a mechanism that is behind its other one is followed in so many stretches, as long as it would overtake that soon.
+/// A form of a mechanism that is behind another one is followed in so many stretches, as long as it would overtake that soon.
 const STRETCHES: usize = 6;
 /// A signature of which more than this is imitated by re-tuning is mere re-tuning.
 const MERE_TUNING: f64 = 0.995;
@@ -256,7 +256,7 @@ fn finished(problem: &Problem, base: &Fit, mut starts: Vec<Start>, part: Part<'_
     let mut looked: Vec<(Trial, f64)> =
         starts.into_iter().map(|start| (Trial::new(problem, start.fit), start.promised)).collect();
     looked.sort_by(|a, b| a.0.bic.total_cmp(&b.0.bic));
-    // Of a mechanism's two forms the one that leads early need not end best: the other is followed while it may.
+    // Of a mechanism's forms the one that leads early need not end best: the others are followed while they may.
     let mut once: Vec<Entrant> = Vec::new();
     looked.retain(|(trial, _)| {
         let added = added(&trial.fit);
@@ -267,7 +267,7 @@ fn finished(problem: &Problem, base: &Fit, mut starts: Vec<Start>, part: Part<'_
         is_new
     });
     let would_be = |fit: &Fit| fit.cost - SOON * fit.gaining;
-    // What the mechanism's other form has come to, where that leads.
+    // What another form of the mechanism has come to, where that leads.
     let other_form = |rank: usize, fit: &Fit| {
         let ahead = looked[..rank].iter().find(|(other, _)| added(&other.fit).is_same_as(added(fit)));
         ahead.map_or(f64::INFINITY, |(other, _)| other.fit.cost)
@@ -384,10 +384,10 @@ fn promising<'a>(base: &Fit, scores: &'a [Screened], breadth: Breadth) -> Vec<&'
     let mut chosen: Vec<&Screened> = Vec::new();
     let mut mechanisms: HashSet<&str> = HashSet::new();
     for score in &order {
-        let of_same = || chosen.iter().filter(|other| id(other) == id(score));
+        let same = |other: &&&Screened| id(other) == id(score) && other.entrant.has_form_of(&score.entrant);
+        let of_same = || chosen.iter().filter(same);
         let take = if everywhere(score) {
-            let same_form = |other: &&&Screened| everywhere(other) && other.entrant.has_form_of(&score.entrant);
-            of_same().filter(same_form).count() < breadth.begun
+            of_same().filter(|other| everywhere(other)).count() < breadth.begun
         } else {
             // Only where it says clearly more than the same everywhere would.
             let same = order.iter().filter(|other| id(other) == id(score) && everywhere(other));
