@@ -483,6 +483,26 @@ fn a_reaction_retreats_no_faster_than_it_may() {
     assert!(pulled < after(0.4) - 1.0, "{pulled}");
 }
 
+/// Brakes that hold from the first touch on take their force times the way, in and out: ½·m·v₀² = ½·k·x² + F·x and ½·k·x² − F·x = ½·m·v₁².
+/// Stronger ones hold the robot against the springs.
+#[test]
+fn a_reaction_that_stops_brakes_the_rebound_too() {
+    let (k, mass, speed) = (25e3_f64, 6.0, 0.3);
+    let struck = |force_n: f64| {
+        let reaction =
+            format!("collision-reaction:force_N={force_n},threshold_N=0.1,delay_s=0,stops=1,braking_m_per_s=0.001");
+        strike(&Rig::impact(k), speed, mass, &[&reaction], 0.2)
+    };
+    let force = 20.0;
+    let stroke = ((force * force + k * mass * speed * speed).sqrt() - force) / k;
+    let after = ((k * stroke - 2.0 * force) * stroke / mass).sqrt();
+    let contact = struck(force).truth().contacts[0];
+    assert_near("stroke", contact.stroke_m, stroke, 2e-5);
+    assert_near("speed after", contact.speed_after_m_per_s, -after, 1e-3);
+    let held = struck(150.0);
+    assert!(held.force_n(0.2) > 30.0 && held.value(Quantity::Velocity, 0.2).abs() < 1e-3);
+}
+
 /// Without a pad the springs themselves relax. Left alone they are without force at once, and recover behind the robot.
 #[test]
 fn relaxing_springs_leave_the_cell_without_force_when_the_robot_has_gone() {

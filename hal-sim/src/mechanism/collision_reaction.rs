@@ -1,11 +1,13 @@
-//! The robot's own collision detection answers: a while after a contact force is passed it retracts.
+//! The robot's own collision detection answers: a while after a contact force is passed it retracts or stops.
 //!
-//! F = −F_r·½·(1 + tanh((v + v_r)/(v_r/20))) on the robot of velocity v (positive towards the rig), from a delay after the contact force
-//! has passed F_th: it is pulled back until it retreats at v_r, which its drives do not exceed. The rebound alone may be as fast: then
-//! they do nothing.
+//! Retracting, F = −F_r·½·(1 + tanh((v + v_r)/(v_r/20))) on the robot of velocity v (positive towards the rig), from a delay after the
+//! contact force has passed F_th: it is pulled back until it retreats at v_r, which its drives do not exceed. The rebound alone may be as
+//! fast: then they do nothing. A robot that `stops` is braked to a standstill and held there, F = −F_r·tanh(v/v_b): the rebound is braked,
+//! too. Below v_b the brake is a speed controller of F_r/v_b, above it gives what it can; brakes of dry friction have a small v_b.
 //!
 //! Source: threshold and delay of a collision monitor, reaction 5 to 30 ms after detection; a retreat is a motion with a limit of speed,
-//! 0.25 m/s (reduced speed, ISO 10218-1) to some m/s; its corner rounded by tanh.
+//! 0.25 m/s (reduced speed, ISO 10218-1) to some m/s; its corner rounded by tanh. A protective stop is of category 0 (brakes) or 1
+//! (controlled), IEC 60204-1.
 
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Drive, Motion, Trigger};
@@ -15,13 +17,13 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Robot,
     site: Site::Drive,
     lasting: false,
-    equation: "F = −F_r·½·(1 + tanh(20·(1 + v/v_r))) for t ≥ t(P = F_th) + delay, on the robot",
-    source: "collision monitor; reaction after 5 to 30 ms; a retreat with a limit of speed",
+    equation: "F = −F_r·½·(1 + tanh(20·(1 + v/v_r))) for t ≥ t(P = F_th) + delay, on the robot; where it stops F = −F_r·tanh(v/v_b)",
+    source: "collision monitor; reaction after 5 to 30 ms; a retreat with a limit of speed, or a stop of category 0 or 1",
     parameters: &[
         Parameter {
             name: "force_N",
             unit: "N",
-            meaning: "the retracting force F_r",
+            meaning: "the retracting or braking force F_r",
             null: Some(0.0),
             range: (0.0, 2000.0),
             plausible: (2.0, 300.0),
@@ -62,9 +64,21 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Logarithmic,
             search: Search::Typical,
         },
+        Parameter { name: "stops", meaning: "what it does: 0 retracts, 1 stops", ..Parameter::EITHER },
+        Parameter {
+            name: "braking_m_per_s",
+            unit: "m/s",
+            meaning: "speed v_b above which a stop brakes with all its force",
+            null: None,
+            range: (1e-3, 100.0),
+            plausible: (2e-3, 0.5),
+            typical: 0.02,
+            scale: Scale::Logarithmic,
+            search: Search::Typical,
+        },
     ],
-    signature: "nothing before a late instant, then a faster fall; only in impacts that pass the threshold",
-    confused_with: &["pad-relaxation", "piezo-discharge", "joint-elasticity"],
+    signature: "nothing before a late instant, then a faster fall, or with a stop a slower one; only in impacts that pass the threshold",
+    confused_with: &["pad-relaxation", "piezo-discharge", "joint-elasticity", "robot-push"],
     separated_by: "switch the reaction off; it starts at one force plus one delay, whatever the speed",
     enter,
 };
@@ -76,7 +90,11 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
     assembly.drives.push(Box::new(Reaction {
         force_n: effect.value(0),
         trigger: Trigger { force_n: effect.value(1), delay_s: effect.value(2) },
-        retreat_m_per_s: effect.value(3),
+        goal: if effect.value(4) > 0.5 {
+            Goal::Standstill { braking_m_per_s: effect.value(5) }
+        } else {
+            Goal::Retreat { m_per_s: effect.value(3) }
+        },
     }));
 }
 
@@ -84,7 +102,14 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
 struct Reaction {
     force_n: f64,
     trigger: Trigger,
-    retreat_m_per_s: f64,
+    goal: Goal,
+}
+
+/// What the robot wants to reach.
+#[derive(Clone, Copy, Debug)]
+enum Goal {
+    Retreat { m_per_s: f64 },
+    Standstill { braking_m_per_s: f64 },
 }
 
 impl Drive for Reaction {
@@ -92,8 +117,14 @@ impl Drive for Reaction {
         if motion.since_trigger_s.is_none() {
             return 0.0;
         }
-        let over = 1.0 + motion.velocity_m_per_s / self.retreat_m_per_s;
-        -0.5 * self.force_n * (1.0 + (over / CORNER).tanh())
+        let share = match self.goal {
+            Goal::Retreat { m_per_s } => {
+                let over = 1.0 + motion.velocity_m_per_s / m_per_s;
+                0.5 * (1.0 + (over / CORNER).tanh())
+            }
+            Goal::Standstill { braking_m_per_s } => (motion.velocity_m_per_s / braking_m_per_s).tanh(),
+        };
+        -self.force_n * share
     }
 
     fn trigger(&self) -> Option<Trigger> {

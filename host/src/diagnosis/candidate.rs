@@ -7,7 +7,7 @@ use thud_sim::mechanism::{Effect, Mechanism, Scale, Search};
 
 use super::problem::Problem;
 
-/// The most starts of a mechanism.
+/// The most starts of a form of a mechanism.
 const MOST_STARTS: usize = 48;
 
 /// Strengths that are tried, at equal ratios over the likely ones.
@@ -56,26 +56,13 @@ impl Reach {
         }
     }
 
-    /// The mechanism at every start of its grid.
+    /// The mechanism at every start of its grid, in each of its forms.
     #[must_use]
     pub fn starts(&self, mechanism: &'static Mechanism) -> Vec<Effect> {
-        let mut starts = vec![mechanism.typical()];
-        for (place, parameter) in mechanism.parameters.iter().enumerate() {
-            let values = self.values(mechanism, place);
-            if values.is_empty() {
-                continue;
-            }
-            let mut grid = Vec::new();
-            for start in &starts {
-                for value in &values {
-                    let mut effect = start.clone();
-                    if effect.set_value(place, value.clamp(parameter.range.0, parameter.range.1)).is_ok() {
-                        grid.push(effect);
-                    }
-                }
-            }
-            starts = grid;
-        }
+        let (forms, others): (Vec<usize>, Vec<usize>) =
+            (0..mechanism.parameters.len()).partition(|place| mechanism.parameters[*place].is_form());
+        let grid = |starts: Vec<Effect>, place: usize| self.along(mechanism, starts, place);
+        let mut starts = others.into_iter().fold(vec![mechanism.typical()], grid);
         while starts.len() > MOST_STARTS {
             let mut even = false;
             starts.retain(|_| {
@@ -83,7 +70,25 @@ impl Reach {
                 even
             });
         }
-        starts
+        forms.into_iter().fold(starts, grid)
+    }
+
+    /// Each start with every value at which this parameter's search begins.
+    fn along(&self, mechanism: &Mechanism, starts: Vec<Effect>, place: usize) -> Vec<Effect> {
+        let values = self.values(mechanism, place);
+        if values.is_empty() {
+            return starts;
+        }
+        let (low, high) = mechanism.parameters[place].range;
+        let each = |start: &Effect| {
+            let with = |value: &f64| {
+                let mut effect = start.clone();
+                effect.set_value(place, value.clamp(low, high)).ok()?;
+                Some(effect)
+            };
+            values.iter().filter_map(with).collect::<Vec<_>>()
+        };
+        starts.iter().flat_map(each).collect()
     }
 
     /// Values at which a parameter's search begins; none: at its typical value.

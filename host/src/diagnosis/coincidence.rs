@@ -2,8 +2,8 @@
 //!
 //! Pad, springs, guide, bodies and chain stay what they are from one recording to the next. They may change once (from a recording on, up to
 //! one), be of some configurations, or show in the strongest or the weakest blows only, the fastest or the slowest, the heaviest or the
-//! lightest. What acts in the second, the fourth and the seventh of twelve is a name for something
-//! else, unless nothing else can be it (`verdict.rs`).
+//! lightest. What acts in the second, the fourth and the seventh of twelve is a name for something else, unless nothing else can be it
+//! (`verdict.rs`).
 
 use thud_sim::mechanism::Mechanism;
 

@@ -195,12 +195,17 @@ pub fn rest_share(selection: &Selection) -> f64 {
         })
     };
     let elsewhere = is_of_another_rig(selection);
-    let doubtful = |place: usize| unlikely(selection, place).is_some() || is_doubtful_choice(selection, place);
-    let misnamed = |place: &usize| elsewhere || doubtful(*place) && !likelier(*place);
+    let misnamed = |place: &usize| elsewhere || is_doubtful(selection, *place) && !likelier(*place);
     let of_place = |place: usize| selection.worth.get(place).map_or(gained, |worth| worth.clamp(0.0, gained));
     let places = 0..selection.best.fit.layout.entrants.len();
     let unnamed = left + places.filter(misnamed).map(of_place).sum::<f64>().min(gained);
     if unnamed == 0.0 { 0.0 } else { unnamed / (left + gained) }
+}
+
+/// Whether the mechanism in this place is rather something that looks like it: its shape is unlikely, or its choice of recordings.
+#[must_use]
+pub fn is_doubtful(selection: &Selection, place: usize) -> bool {
+    unlikely(selection, place).is_some() || is_doubtful_choice(selection, place)
 }
 
 /// Whether the mechanism in this place would have to choose its recordings, which is believed only of one that explains everything by itself and

@@ -5,7 +5,7 @@ use super::evidence::{Contest, Evidence, Limit, Standing, evidence, scope_words}
 use super::layout::Role;
 use super::retuned::retuned;
 use super::select::{BY_CHANCE, ENOUGH};
-use super::verdict::{Unlikely, is_doubtful_choice, is_of_another_rig, unlikely};
+use super::verdict::{Unlikely, is_doubtful, is_doubtful_choice, is_of_another_rig, unlikely};
 use super::{Diagnosis, RigKind};
 use crate::decimal::significant;
 
@@ -108,8 +108,7 @@ pub fn verdict(diagnosis: &Diagnosis, answer: &Answer) -> String {
         }
         "unexplained" => {
             let selection = &diagnosis.selection;
-            let is_doubtful = |place| unlikely(selection, place).is_some() || is_doubtful_choice(selection, place);
-            let misnamed = (0..names.len()).any(is_doubtful);
+            let misnamed = (0..names.len()).any(|place| is_doubtful(selection, place));
             let names = listed(&names, "and");
             let more = if is_of_another_rig(&diagnosis.selection) {
                 "but only on another rig than the stated one; on that, no mechanism of the list explains them"
