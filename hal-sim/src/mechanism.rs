@@ -21,7 +21,7 @@
 //! | robot | `assembly.joint` splits the robot's mass in tip and link; `assembly.ceiling` lets them slip; `assembly.sway` accelerates all of it | `joint-elasticity`, `force-ceiling`, `link-oscillation` |
 //! | drive | [`Drive`](crate::rig::Drive): force on the robot from time since contact, position, velocity, and time since a trigger (a force passed for a delay) | `robot-push`, `collision-reaction`, `air-drag` |
 //! | initial condition | `assembly.approach`, changed before anything else enters: speed, mass by configuration | `speed-error`, `pose-dependent-mass` |
-//! | chain | [`Stage`](crate::rig::Stage): works on the sampled signal, in order | `piezo-discharge`, `charge-drift`, `clipping`, `filter-lag`, `mains-hum`, `gain-error`, `lost-samples` (later samples come early) |
+//! | chain | [`Stage`](crate::rig::Stage): works on the sampled signal, in order | `piezo-discharge`, `charge-drift`, `clipping`, `filter-lag`, `mains-hum`, `gain-error`; in `assembly.log` `lost-samples`, when samples are numbers |
 //!
 //! A new site (say, a second robot joint) is a change of the assembly; a new mechanism at a known site is not.
 

@@ -27,6 +27,7 @@ pub mod omnibus;
 pub mod predict;
 pub mod problem;
 pub mod refit;
+mod repeats;
 mod rest;
 pub mod retuned;
 pub mod screen;

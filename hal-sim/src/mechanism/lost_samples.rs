@@ -1,10 +1,12 @@
-//! The log has lost a run of samples and closed the gap: what came later stands too early.
+//! The log has lost a run of samples: it has closed the gap, so that what came later stands too early, or filled it with the last value.
 //!
 //! y(t) = F(t) before t_j, F(t + T) from there on, t counted from the first contact; the logger's time is the number
-//! of the sample over the rate, so that T is the lost samples over the rate. Where it happens is each impact's own. (Lost samples whose places stayed empty are uneven
-//! sampling, and those that were filled with the last value are equal to the bit: both are seen without a model.)
+//! of the sample over the rate, so that T is the lost samples over the rate. Where the gap is `filled`, y(t) = F(t_j) for t_j ≤ t < t_j + T
+//! and F(t) again after that. Where it happens is each impact's own. A sample stands for the time around it, half of the way to its
+//! neighbours: where an edge falls into that it is a mixture, and y a continuous function of t_j and T. (Lost samples whose places stayed
+//! empty are uneven sampling, which is seen without a model.)
 //!
-//! Source: dropped blocks of streaming loggers; after the last sample its value is held.
+//! Source: dropped blocks of streaming loggers, whose readers count samples or repeat the last one; after the last sample its value is held.
 
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Stage};
@@ -14,8 +16,8 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Measuring,
     site: Site::Chain,
     lasting: false,
-    equation: "y(t) = F(t) for t < t_j, F(t + T) for t ≥ t_j",
-    source: "dropped blocks of a streaming logger, whose time is a count of samples",
+    equation: "y(t) = F(t) for t < t_j, F(t + T) for t ≥ t_j; where the gap is filled F(t_j) for t_j ≤ t < t_j + T only",
+    source: "dropped blocks of a streaming logger, whose time is a count of samples or which repeats the last one",
     parameters: &[
         Parameter {
             name: "lost_s",
@@ -39,42 +41,91 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Linear,
             search: Search::EachInstant,
         },
+        Parameter {
+            name: "filled",
+            meaning: "what became of the gap: 0 closed, 1 filled with the last value",
+            ..Parameter::EITHER
+        },
     ],
-    signature: "a jump between two samples in proportion to the slope there; nothing before, a shift afterwards",
+    signature: "a jump between two samples in proportion to the slope there; nothing before, a shift afterwards, or a step that ends in a jump",
     confused_with: &["stiction", "collision-reaction"],
     separated_by: "the logger's own counters; the jump is one sample long, and the impulse falls short",
     enter,
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    assembly.chain.push(Box::new(Loss { lost_s: effect.value(0), at_s: effect.value(1) }));
+    let gap = Gap { from_s: effect.value(1), lasts_s: effect.value(0) };
+    assembly.log.push(if effect.value(2) > 0.5 { Box::new(Filled(gap)) } else { Box::new(Closed(gap)) });
+}
+
+/// What was lost.
+#[derive(Clone, Copy, Debug)]
+struct Gap {
+    from_s: f64,
+    lasts_s: f64,
 }
 
 #[derive(Debug)]
-struct Loss {
-    lost_s: f64,
-    at_s: f64,
+struct Closed(Gap);
+
+#[derive(Debug)]
+struct Filled(Gap);
+
+impl Stage for Closed {
+    fn apply(&self, times_s: &[f64], signal_n: &mut [f64]) {
+        let Self(Gap { from_s, lasts_s }) = *self;
+        let original = signal_n.to_vec();
+        for place in first_touched(times_s, from_s)..times_s.len() {
+            let (low_s, high_s) = around(times_s, place);
+            let after = ((high_s - from_s) / (high_s - low_s)).clamp(0.0, 1.0);
+            let later = between(times_s, &original, times_s[place] + lasts_s);
+            signal_n[place] += after * (later - original[place]);
+        }
+    }
 }
 
-impl Stage for Loss {
-    /// Straight between samples where T is no whole number of them.
+impl Stage for Filled {
     fn apply(&self, times_s: &[f64], signal_n: &mut [f64]) {
-        let first = times_s.partition_point(|time_s| *time_s < self.at_s);
-        let mut later = first;
-        for place in first..times_s.len() {
-            let wanted_s = times_s[place] + self.lost_s;
-            while later + 1 < times_s.len() && times_s[later + 1] <= wanted_s {
-                later += 1;
+        let Self(Gap { from_s, lasts_s }) = *self;
+        let until_s = from_s + lasts_s;
+        let original = signal_n.to_vec();
+        let last = between(times_s, &original, from_s);
+        for place in first_touched(times_s, from_s)..times_s.len() {
+            let (low_s, high_s) = around(times_s, place);
+            if low_s >= until_s {
+                break;
             }
-            // `later` is never before `place`, so that what is read has not been written yet.
-            signal_n[place] = match times_s.get(later + 1) {
-                Some(next_s) => {
-                    let part = (wanted_s - times_s[later]) / (next_s - times_s[later]);
-                    signal_n[later] + part * (signal_n[later + 1] - signal_n[later])
-                }
-                None => signal_n[later],
-            };
+            let (from_s, until_s) = (low_s.max(from_s), high_s.min(until_s));
+            let part = ((until_s - from_s) / (high_s - low_s)).max(0.0);
+            signal_n[place] += part * (last - between(times_s, &original, 0.5 * (from_s + until_s)));
         }
+    }
+}
+
+/// The first sample whose time reaches beyond an instant.
+fn first_touched(times_s: &[f64], from_s: f64) -> usize {
+    times_s.partition_point(|time_s| *time_s < from_s).saturating_sub(1)
+}
+
+/// The time that a sample stands for: half of the way to its neighbours.
+fn around(times_s: &[f64], place: usize) -> (f64, f64) {
+    let time_s = times_s[place];
+    let before_s = place.checked_sub(1).map(|place| 0.5 * (time_s - times_s[place]));
+    let after_s = times_s.get(place + 1).map(|next_s| 0.5 * (next_s - time_s));
+    let (before_s, after_s) = (before_s.or(after_s).unwrap_or(1.0), after_s.or(before_s).unwrap_or(1.0));
+    (time_s - before_s, time_s + after_s)
+}
+
+/// The signal at any instant: straight between samples, held beyond them.
+fn between(times_s: &[f64], signal_n: &[f64], at_s: f64) -> f64 {
+    let next = times_s.partition_point(|time_s| *time_s <= at_s);
+    match (next.checked_sub(1), signal_n.get(next)) {
+        (Some(last), Some(value_n)) => {
+            let part = (at_s - times_s[last]) / (times_s[next] - times_s[last]);
+            signal_n[last] + part * (value_n - signal_n[last])
+        }
+        (Some(last), None) => signal_n[last],
+        (None, first) => first.copied().unwrap_or(0.0),
     }
 }
 
@@ -82,14 +133,51 @@ impl Stage for Loss {
 mod tests {
     use super::*;
 
+    fn ramp() -> (Vec<f64>, Vec<f64>) {
+        let times: Vec<f64> = (0..200).map(|index| f64::from(index) * 1e-3).collect();
+        let signal = times.iter().map(|time| 5.0 * time).collect();
+        (times, signal)
+    }
+
+    /// The gap lies between two samples.
     #[test]
     fn what_came_later_stands_early_and_what_came_before_stays() {
-        let times: Vec<f64> = (0..200).map(|index| f64::from(index) * 1e-3).collect();
-        let mut signal: Vec<f64> = times.iter().map(|time| 5.0 * time).collect();
-        Loss { lost_s: 0.0125, at_s: 0.05 }.apply(&times, &mut signal);
+        let (times, mut signal) = ramp();
+        Closed(Gap { from_s: 0.0495, lasts_s: 0.0125 }).apply(&times, &mut signal);
         for (time, value) in times.iter().zip(signal) {
-            let shifted = if *time < 0.05 { *time } else { (time + 0.0125).min(0.199) };
+            let shifted = if *time < 0.0495 { *time } else { (time + 0.0125).min(0.199) };
             assert!((value - 5.0 * shifted).abs() < 1e-12, "{time} s: {value}");
+        }
+    }
+
+    #[test]
+    fn a_gap_that_is_filled_is_over_when_it_is_over() {
+        let (times, mut signal) = ramp();
+        Filled(Gap { from_s: 0.05, lasts_s: 0.0125 }).apply(&times, &mut signal);
+        for (time, value) in times.iter().zip(signal) {
+            let held = if (0.0505..0.0625).contains(time) { 0.05 } else { *time };
+            // The last sample before the gap is held for half of the time that it stands for.
+            let mixed = if (time - 0.05).abs() < 1e-9 { 7e-4 } else { 1e-12 };
+            assert!((value - 5.0 * held).abs() < mixed, "{time} s: {value}");
+        }
+    }
+
+    /// Whatever becomes of the gap, a little later or longer changes it a little.
+    #[test]
+    fn a_gap_moves_smoothly() {
+        let (times, signal) = ramp();
+        let shown = |stage: &dyn Stage| {
+            let mut shown = signal.clone();
+            stage.apply(&times, &mut shown);
+            shown
+        };
+        let change = |a: Vec<f64>, b: Vec<f64>| a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        for part in 0..50 {
+            let gap = Gap { from_s: 0.05 + 1e-4 * f64::from(part), lasts_s: 0.0125 };
+            for other in [Gap { from_s: gap.from_s + 1e-6, ..gap }, Gap { lasts_s: gap.lasts_s + 1e-6, ..gap }] {
+                assert!(change(shown(&Closed(gap)), shown(&Closed(other))) < 2e-4);
+                assert!(change(shown(&Filled(gap)), shown(&Filled(other))) < 2e-4);
+            }
         }
     }
 }

@@ -38,6 +38,8 @@ pub struct Assembly {
     pub gravity_m_per_s2: f64,
     /// The measuring chain, in the order of the signal.
     pub chain: Vec<Box<dyn Stage>>,
+    /// What becomes of the samples after the converter, in the order of the signal.
+    pub log: Vec<Box<dyn Stage>>,
 }
 
 impl Assembly {
@@ -75,6 +77,7 @@ impl Assembly {
             drives: Vec::new(),
             gravity_m_per_s2: rig.gravity_m_per_s2,
             chain: Vec::new(),
+            log: Vec::new(),
         };
         let mut effects: Vec<&Effect> = effects.iter().filter(|effect| !effect.is_null()).collect();
         effects.sort_by_key(|effect| turn(effect.mechanism().site));

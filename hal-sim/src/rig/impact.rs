@@ -15,6 +15,7 @@ use crate::mechanism::Effect;
 pub struct Impact {
     motion: Arc<Motion>,
     chain: Vec<Box<dyn Stage>>,
+    log: Vec<Box<dyn Stage>>,
 }
 
 /// What moved, whoever looks at it.
@@ -127,9 +128,10 @@ impl Impact {
         effort: Effort,
     ) -> Self {
         let chain = mem::take(&mut system.assembly.chain);
+        let log = mem::take(&mut system.assembly.log);
         let mut motion = Motion { system, trajectory, intervals, necks: Vec::new(), until_s, effort };
         motion.necks = motion.necks();
-        Self { motion: Arc::new(motion), chain }
+        Self { motion: Arc::new(motion), chain, log }
     }
 
     /// The same motion through another measuring chain: that of a rig which differs in mechanisms of the chain only.
@@ -137,8 +139,8 @@ impl Impact {
     /// # Errors
     /// A quantity that is no physical value.
     pub fn through(&self, rig: &Rig, approach: &Approach, effects: &[Effect]) -> Result<Self, RigError> {
-        let chain = Assembly::new(rig, approach, effects)?.chain;
-        Ok(Self { motion: self.motion.clone(), chain })
+        let Assembly { chain, log, .. } = Assembly::new(rig, approach, effects)?;
+        Ok(Self { motion: self.motion.clone(), chain, log })
     }
 
     /// The end of the simulation, s.
@@ -232,14 +234,18 @@ impl Impact {
     pub fn measured_n(&self, times_s: &[f64]) -> Vec<f64> {
         let mut signal = self.sample(Quantity::CellForce, times_s);
         self.apply_chain(times_s, &mut signal);
+        self.apply_log(times_s, &mut signal);
         signal
     }
 
     /// Sends a signal (N), sampled at rising instants (s), through the measuring chain's mechanisms.
     pub fn apply_chain(&self, times_s: &[f64], signal_n: &mut [f64]) {
-        for stage in &self.chain {
-            stage.apply(times_s, signal_n);
-        }
+        self.chain.iter().for_each(|stage| stage.apply(times_s, signal_n));
+    }
+
+    /// Does to samples (N) at rising instants (s) what the log does to them. A mean over samples is to be what it is before: here it jumps.
+    pub fn apply_log(&self, times_s: &[f64], signal_n: &mut [f64]) {
+        self.log.iter().for_each(|stage| stage.apply(times_s, signal_n));
     }
 
     /// Peaks, impulses and instants, from the dense output.

@@ -6,6 +6,7 @@
 use thud_sim::mechanism::{Effect, Mechanism, Scale, Search};
 
 use super::problem::Problem;
+use super::repeats::{Repeat, repeats};
 
 /// The most starts of a form of a mechanism.
 const MOST_STARTS: usize = 48;
@@ -32,6 +33,8 @@ pub struct Reach {
     pad_n_per_m: Option<f64>,
     /// Frequencies at which the residual is strong, Hz, strongest first.
     lines_hz: Vec<f64>,
+    /// How long the longest runs of equal values are, s: of the recordings that have any, the one in the middle.
+    repeats_s: Option<f64>,
 }
 
 impl Reach {
@@ -45,7 +48,10 @@ impl Reach {
         };
         let peaks_n = sorted((0..problem.recordings.len()).map(|number| problem.peak_n(number)).collect());
         let over = |stiffness: f64| peaks_n.iter().map(|peak| peak / stiffness).collect();
+        let longest_s = |runs: &Vec<Repeat>| runs.first().map(|run| run.lasts_s);
+        let repeats_s = sorted(repeats(problem).iter().filter_map(longest_s).collect());
         Self {
+            repeats_s: repeats_s.get(repeats_s.len() / 2).copied(),
             strokes_m: over(rig.body_stiffness_n_per_m),
             depths_m: over(rig.pad_stiffness_n_per_m.unwrap_or(rig.body_stiffness_n_per_m)),
             contact_times_s: sorted(problem.recordings.iter().map(|recording| recording.contact_time_s).collect()),
@@ -114,6 +120,10 @@ impl Reach {
             // Finite strengths over all that is likely: what a mechanism shows need not be in proportion. On a scale of differences,
             // where it may have either sign, it mostly is: a little of it.
             Search::Strength if parameter.scale == Scale::Linear => vec![SMALL_PART * high.abs().max(low.abs())],
+            // What is lost may have been filled.
+            Search::Strength if mechanism.parameters.iter().any(|other| other.search == Search::EachInstant) => {
+                spaced(STRENGTHS, low, high).into_iter().chain(self.repeats_s).collect()
+            }
             Search::Strength => spaced(STRENGTHS, low, high),
             Search::Plausible => spaced(if parameter.scale == Scale::Linear { 2 } else { 4 }, low, high),
             Search::OfStroke => parts(&self.strokes_m, &[0.1, 0.3, 0.5, 0.7, 0.85, 0.95]),

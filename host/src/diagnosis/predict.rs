@@ -100,6 +100,7 @@ pub fn read(
         bent(series, channel.quantity, impact, &since_s, prepared);
         felt(channel, impact, &since_s, converter_s2(layout, point, prepared), series);
         averaged(series, &since_s, prepared.mean_of_s2());
+        logged(channel, impact, &since_s, series);
         told(channel, layout.local(point, recording, Role::Offset(number)), series);
     }
     values
@@ -116,6 +117,7 @@ pub fn raw(problem: &Problem, layout: &Layout, point: &Point, recording: usize) 
     let mut values = vec![0.0; since_s.len()];
     impact.sample_into(channel.quantity, &since_s, &mut values);
     felt(channel, &impact, &since_s, converter_s2(layout, point, prepared), &mut values);
+    logged(channel, &impact, &since_s, &mut values);
     told(channel, layout.local(point, recording, Role::Offset(0)), &mut values);
     Some(values)
 }
@@ -152,11 +154,18 @@ fn bent(series: &mut [f64], quantity: Quantity, impact: &Impact, since_s: &[f64]
 }
 
 /// What reaches a channel's readout at instants after contact, by way of the converter's filter; a force by way of the measuring chain,
-/// which may lose or clip what the filter has rounded.
+/// which may clip what the filter has rounded.
 fn felt(channel: &ChannelModel, impact: &Impact, since_s: &[f64], converter_s2: f64, series: &mut [f64]) {
     averaged(series, since_s, converter_s2);
     if channel.quantity == Quantity::CellForce {
         impact.apply_chain(since_s, series);
+    }
+}
+
+/// What the log makes of the samples of a force.
+fn logged(channel: &ChannelModel, impact: &Impact, since_s: &[f64], series: &mut [f64]) {
+    if channel.quantity == Quantity::CellForce {
+        impact.apply_log(since_s, series);
     }
 }
 

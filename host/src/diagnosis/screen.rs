@@ -24,6 +24,7 @@ use super::fit::{Fit, Imitation, Normal, Tangent};
 use super::layout::{Entrant, Point, Scope};
 use super::predict;
 use super::problem::Problem;
+use super::repeats::{Repeat, repeats};
 use super::subset::Subset;
 
 /// A signature of less than this whitened norm cannot be seen.
@@ -34,6 +35,8 @@ const MOSTLY_ABSORBED: f64 = 0.98;
 const SMALL_STRENGTH: f64 = 0.05;
 /// Instants that are tried over the longest contact.
 const INSTANTS: usize = 40;
+/// How often the way between two of them is halved around the best one.
+const HALVINGS: i32 = 4;
 /// Rounds in which the recordings that ask for a signature and its strength agree.
 const SETTLING: usize = 6;
 /// How many times the strength that was tried a signature is believed to grow in proportion.
@@ -254,7 +257,7 @@ fn turned(shown: Shown<'_>, effect: &Effect) -> Option<(Vec<f64>, Vec<Vec<f64>>)
         return Some((Vec::new(), change));
     };
     let own: Vec<f64> = if parameters[place].search == Search::EachInstant {
-        instants(shown, |value| at(place, value))
+        instants(shown, effect)
     } else {
         let first = at(place, effect.value(place))?;
         let second = at(place, effect.value(place) + std::f64::consts::FRAC_PI_2)?;
@@ -286,23 +289,61 @@ fn either_sign(effect: &Effect) -> bool {
     strength.scale == Scale::Linear && strength.null == Some(0.0) && strength.range.0 < 0.0
 }
 
-/// For each recording the instant, s after contact, at which a signature of any strength takes most off its sum of squares.
-fn instants(shown: Shown<'_>, at: impl Fn(f64) -> Option<Vec<Vec<f64>>>) -> Vec<f64> {
+/// For each recording the instant, s after contact, at which a signature of any strength takes most off its sum of squares: spread over the
+/// contact, at what is repeated, and ever nearer to the best of these. Where even half of it would be too much it comes when all is over.
+fn instants(shown: Shown<'_>, effect: &Effect) -> Vec<f64> {
     let Shown { problem, fit, tangent, gradients, .. } = shown;
+    let count = problem.recordings.len();
     let longest_s = problem.recordings.iter().map(|recording| recording.contact_time_s).fold(0.0, f64::max);
-    let tried: Vec<f64> = (0..INSTANTS).map(|n| longest_s * (n as f64 + 0.5) / INSTANTS as f64).collect();
-    let mut best = vec![(0.0, 0.5 * longest_s); problem.recordings.len()];
-    for instant in tried {
-        let Some(signature) = at(instant) else { continue };
+    let over_s = |number: usize| {
+        let times_s = &problem.recordings[number].raw.times_s;
+        times_s[times_s.len() - 1] - fit.layout.contact_s(&fit.point, number)
+    };
+    let mut best: Vec<Placed> =
+        (0..count).map(|_| Placed { z: 0.0, instant_s: 0.5 * longest_s, is_too_much: true }).collect();
+    let attempt = |best: &mut Vec<Placed>, tried: Vec<f64>| {
+        let entrant = Entrant { own: tried.clone(), ..Entrant::everywhere(effect.clone()) };
+        let Some(signature) = shown.signature(&entrant) else { return };
         for (number, (values, gradient)) in signature.iter().zip(gradients).enumerate() {
             let (along, products) = tangent.local_scores(number, &[values], fit, gradient);
             let z = along[0] / products[(0, 0)].sqrt();
-            if z > best[number].0 {
-                best[number] = (z, instant);
+            if z > best[number].z {
+                let is_too_much = along[0] < 0.25 * products[(0, 0)];
+                best[number] = Placed { z, instant_s: tried[number], is_too_much };
             }
         }
+    };
+    let apart_s = longest_s / INSTANTS as f64;
+    for place in 0..INSTANTS {
+        attempt(&mut best, vec![apart_s * (place as f64 + 0.5); count]);
     }
-    best.into_iter().map(|(_, instant)| instant).collect()
+    let repeats = repeats(problem);
+    for rank in 0..repeats.iter().map(Vec::len).max().unwrap_or(0) {
+        let since_contact_s = |number: usize, run: &Repeat| run.from_s - fit.layout.contact_s(&fit.point, number);
+        let runs = repeats.iter().zip(&best).enumerate();
+        let tried = runs
+            .map(|(number, (runs, best))| runs.get(rank).map_or(best.instant_s, |run| since_contact_s(number, run)));
+        let tried = tried.collect();
+        attempt(&mut best, tried);
+    }
+    for halving in 1..=HALVINGS {
+        for step_s in [-apart_s, apart_s].map(|apart_s| apart_s * 0.5_f64.powi(halving)) {
+            let tried = best.iter().map(|placed| placed.instant_s + step_s).collect();
+            attempt(&mut best, tried);
+        }
+    }
+    let chosen = best.into_iter().enumerate();
+    chosen.map(|(number, placed)| if placed.is_too_much { over_s(number) } else { placed.instant_s }).collect()
+}
+
+/// A signature at an instant of a recording.
+#[derive(Clone, Copy, Debug)]
+struct Placed {
+    /// How loudly the recording asks for it there, in standard deviations.
+    z: f64,
+    instant_s: f64,
+    /// Whether half of it would make the recording worse.
+    is_too_much: bool,
 }
 
 /// What the fit shows, with its derivatives and its motions.
