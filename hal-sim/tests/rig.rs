@@ -483,24 +483,49 @@ fn a_reaction_retreats_no_faster_than_it_may() {
     assert!(pulled < after(0.4) - 1.0, "{pulled}");
 }
 
-/// Brakes that hold from the first touch on take their force times the way, in and out: ½·m·v₀² = ½·k·x² + F·x and ½·k·x² − F·x = ½·m·v₁².
-/// Stronger ones hold the robot against the springs.
+/// Brakes that hold from 1 ms after the first touch on take their force times the way, in and out: ½·m·v₀² = ½·k·x² + F·(x − v₀·1 ms) and
+/// ½·k·x² − F·x = ½·m·v₁². Stronger ones hold the robot against the springs.
 #[test]
 fn a_reaction_that_stops_brakes_the_rebound_too() {
     let (k, mass, speed) = (25e3_f64, 6.0, 0.3);
     let struck = |force_n: f64| {
-        let reaction =
-            format!("collision-reaction:force_N={force_n},threshold_N=0.1,delay_s=0,stops=1,braking_m_per_s=0.001");
+        let reaction = format!(
+            "collision-reaction:force_N={force_n},threshold_N=0.1,delay_s=0.001,response=1,braking_m_per_s=0.001"
+        );
         strike(&Rig::impact(k), speed, mass, &[&reaction], 0.2)
     };
     let force = 20.0;
-    let stroke = ((force * force + k * mass * speed * speed).sqrt() - force) / k;
+    let energy = 0.5 * mass * speed * speed + force * speed * 1e-3;
+    let stroke = ((force * force + 2.0 * k * energy).sqrt() - force) / k;
     let after = ((k * stroke - 2.0 * force) * stroke / mass).sqrt();
     let contact = struck(force).truth().contacts[0];
     assert_near("stroke", contact.stroke_m, stroke, 2e-5);
     assert_near("speed after", contact.speed_after_m_per_s, -after, 1e-3);
     let held = struck(150.0);
     assert!(held.force_n(0.2) > 30.0 && held.value(Quantity::Velocity, 0.2).abs() < 1e-3);
+    // One that retracts at a controlled speed is there whatever the springs have given it.
+    for speed in [0.05, 0.4] {
+        let reaction = "collision-reaction:force_N=80,threshold_N=10,delay_s=0.01,retreat_m_per_s=0.2,response=2";
+        let impact = strike(&Rig::impact(k), speed, mass, &[reaction], 0.2);
+        assert_near("retreat", impact.value(Quantity::Velocity, 0.2), -0.2, 1e-3);
+    }
+}
+
+/// Friction of the robot's own guide takes its force times the way, like brakes, and leaves nothing behind in the springs; with a static level it
+/// takes more.
+#[test]
+fn the_robots_own_guide_rubs_in_and_out() {
+    let (k, mass, speed, force) = (25e3_f64, 6.0, 0.3, 5.0);
+    let struck = |friction: &str| strike(&Rig::impact(k), speed, mass, &[friction], 0.2);
+    let impact = struck("guide-friction:force_N=5,guide=2,creep_m_per_s=0.0001");
+    let stroke = ((force * force + k * mass * speed * speed).sqrt() - force) / k;
+    let after = ((k * stroke - 2.0 * force) * stroke / mass).sqrt();
+    let contact = impact.truth().contacts[0];
+    assert_near("stroke", contact.stroke_m, stroke, 1e-6);
+    assert_near("speed after", contact.speed_after_m_per_s, -after, 1e-4);
+    assert_near("rest", impact.force_n(0.2), 0.0, 1e-9);
+    let stuck = struck("stiction:force_N=5,static_ratio=2,stribeck_m_per_s=0.1,guide=2,creep_m_per_s=0.0001");
+    assert!(stuck.truth().contacts[0].speed_after_m_per_s > contact.speed_after_m_per_s + 1e-3);
 }
 
 /// Without a pad the springs themselves relax. Left alone they are without force at once, and recover behind the robot.

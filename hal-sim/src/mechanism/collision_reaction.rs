@@ -2,10 +2,12 @@
 //!
 //! Retracting, F = −F_r·½·(1 + tanh((v + v_r)/(v_r/20))) on the robot of velocity v (positive towards the rig), from a delay after the
 //! contact force has passed F_th: it is pulled back until it retreats at v_r, which its drives do not exceed. The rebound alone may be as
-//! fast: then they do nothing. A robot that `stops` is braked to a standstill and held there, F = −F_r·tanh(v/v_b): the rebound is braked,
-//! too. Below v_b the brake is a speed controller of F_r/v_b, above it gives what it can; brakes of dry friction have a small v_b.
+//! fast: then they do nothing. Stopping, F = −F_r·tanh(v/v_b): it is braked to a standstill and held there, on its rebound, too. A speed
+//! controller does the same about v = −v_r: a rebound that is faster is braked. Within v_b of where it wants to be it is a dashpot of
+//! F_r/v_b, beyond it gives what it can; brakes of dry friction have a small v_b.
 //!
-//! Source: threshold and delay of a collision monitor, reaction 5 to 30 ms after detection; a retreat is a motion with a limit of speed,
+//! Source: threshold and delay of a collision monitor, reaction 5 to 30 ms after detection and never within its cycle (1 ms; what answers at
+//! once is friction); a retreat is a motion with a limit of speed,
 //! 0.25 m/s (reduced speed, ISO 10218-1) to some m/s; its corner rounded by tanh. A protective stop is of category 0 (brakes) or 1
 //! (controlled), IEC 60204-1.
 
@@ -17,7 +19,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Robot,
     site: Site::Drive,
     lasting: false,
-    equation: "F = −F_r·½·(1 + tanh(20·(1 + v/v_r))) for t ≥ t(P = F_th) + delay, on the robot; where it stops F = −F_r·tanh(v/v_b)",
+    equation: "F = −F_r·½·(1 + tanh(20·(1 + v/v_r))) for t ≥ t(P = F_th) + delay, on the robot; stopping F = −F_r·tanh(v/v_b), at a controlled speed F = −F_r·tanh((v + v_r)/v_b)",
     source: "collision monitor; reaction after 5 to 30 ms; a retreat with a limit of speed, or a stop of category 0 or 1",
     parameters: &[
         Parameter {
@@ -47,8 +49,8 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             unit: "s",
             meaning: "from there to the reaction",
             null: None,
-            range: (0.0, 0.5),
-            plausible: (0.002, 0.06),
+            range: (1e-3, 0.5),
+            plausible: (0.005, 0.05),
             typical: 0.015,
             scale: Scale::Logarithmic,
             search: Search::OfContactTime,
@@ -64,11 +66,18 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Logarithmic,
             search: Search::Typical,
         },
-        Parameter { name: "stops", meaning: "what it does: 0 retracts, 1 stops", ..Parameter::EITHER },
+        Parameter {
+            name: "response",
+            meaning: "what it does: 0 pulls back, 1 stops, 2 retracts at a controlled speed",
+            range: (0.0, 2.0),
+            plausible: (0.0, 2.0),
+            search: Search::Form(&[0.0, 1.0, 2.0]),
+            ..Parameter::EITHER
+        },
         Parameter {
             name: "braking_m_per_s",
             unit: "m/s",
-            meaning: "speed v_b above which a stop brakes with all its force",
+            meaning: "how far from the speed it wants a stop or a speed controller gives all its force: v_b",
             null: None,
             range: (1e-3, 100.0),
             plausible: (2e-3, 0.5),
@@ -90,10 +99,10 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
     assembly.drives.push(Box::new(Reaction {
         force_n: effect.value(0),
         trigger: Trigger { force_n: effect.value(1), delay_s: effect.value(2) },
-        goal: if effect.value(4) > 0.5 {
-            Goal::Standstill { braking_m_per_s: effect.value(5) }
-        } else {
-            Goal::Retreat { m_per_s: effect.value(3) }
+        response: match effect.value(4).round() as u32 {
+            0 => Response::PullBack { retreat_m_per_s: effect.value(3) },
+            1 => Response::Control { speed_m_per_s: 0.0, within_m_per_s: effect.value(5) },
+            _ => Response::Control { speed_m_per_s: -effect.value(3), within_m_per_s: effect.value(5) },
         },
     }));
 }
@@ -102,14 +111,13 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
 struct Reaction {
     force_n: f64,
     trigger: Trigger,
-    goal: Goal,
+    response: Response,
 }
 
-/// What the robot wants to reach.
 #[derive(Clone, Copy, Debug)]
-enum Goal {
-    Retreat { m_per_s: f64 },
-    Standstill { braking_m_per_s: f64 },
+enum Response {
+    PullBack { retreat_m_per_s: f64 },
+    Control { speed_m_per_s: f64, within_m_per_s: f64 },
 }
 
 impl Drive for Reaction {
@@ -117,12 +125,14 @@ impl Drive for Reaction {
         if motion.since_trigger_s.is_none() {
             return 0.0;
         }
-        let share = match self.goal {
-            Goal::Retreat { m_per_s } => {
-                let over = 1.0 + motion.velocity_m_per_s / m_per_s;
+        let share = match self.response {
+            Response::PullBack { retreat_m_per_s } => {
+                let over = 1.0 + motion.velocity_m_per_s / retreat_m_per_s;
                 0.5 * (1.0 + (over / CORNER).tanh())
             }
-            Goal::Standstill { braking_m_per_s } => (motion.velocity_m_per_s / braking_m_per_s).tanh(),
+            Response::Control { speed_m_per_s, within_m_per_s } => {
+                ((motion.velocity_m_per_s - speed_m_per_s) / within_m_per_s).tanh()
+            }
         };
         -self.force_n * share
     }

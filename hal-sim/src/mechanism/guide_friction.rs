@@ -7,15 +7,18 @@
 //! piece where it is, at F_c. A real one is left with some momentum: at F_c − v·√(m·k) as long as that is little, and anywhere
 //! between −F_c and F_c beyond. F_c·rest_share^(v/0.25 m/s) is both on average.
 //!
-//! No guide holds rigidly, and no simulator that steps over friction does. With `bristles` friction is F_c·y, y the bend of bristles by z, `presliding_m`:
+//! No guide holds rigidly, and no simulator that steps over friction does. On bristles friction is F_c·y, y the bend of bristles by z, `presliding_m`:
 //! z·dy/dt = v − y·√(v² + v_c²). Without v_c, `creep_m_per_s`, that is Dahl's solid, which holds for ever; without z it is friction in
 //! proportion to speeds far below v_c, F_c·v/√(v² + v_c²), as good as the tanh(v/v_c) of other simulators, and what it holds creeps home.
+//!
+//! The robot may have a guide of its own, a rail or its joints: F = −F_c·v/√(v² + v_c²) on the robot, in contact and after it. Nothing rests
+//! then when it has gone. (What rubs before the contact is in the speed at contact.)
 //!
 //! Source: C. A. Coulomb; play operator: M. Brokate, J. Sprekels, Hysteresis and Phase Transitions (1996), ch. 2; bristles: P. R. Dahl,
 //! A solid friction model, Aerospace Corp. TOR-0158 (1968); presliding of 1 to 50 µm: B. Armstrong-Hélouvry et al., Automatica 30 (1994) 1083.
 
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
-use crate::rig::{Assembly, Guide};
+use crate::rig::{Assembly, Drive, Motion};
 
 /// Where the friction goes: to the cell or past it.
 pub(super) const CELL_SHARE: Parameter = Parameter {
@@ -30,10 +33,13 @@ pub(super) const CELL_SHARE: Parameter = Parameter {
     search: Search::Typical,
 };
 
-/// How the guide holds the piece. The two after it have a meaning with bristles only.
-pub(super) const BRISTLES: Parameter = Parameter {
-    name: "bristles",
-    meaning: "how it sticks: 0 rigidly, 1 on bristles that bend before they slide",
+/// What is guided, and how it is held. Of the two after it the first has a meaning with bristles only, the second not where it sticks rigidly.
+pub(super) const GUIDE: Parameter = Parameter {
+    name: "guide",
+    meaning: "what rubs: 0 the piece, which sticks rigidly, 1 the piece, on bristles that bend before they slide, 2 the robot's own guide",
+    range: (0.0, 2.0),
+    plausible: (0.0, 2.0),
+    search: Search::Form(&[0.0, 1.0, 2.0]),
     ..Parameter::EITHER
 };
 
@@ -54,7 +60,7 @@ pub(super) const PRESLIDING: Parameter = Parameter {
 pub(super) const CREEP: Parameter = Parameter {
     name: "creep_m_per_s",
     unit: "m/s",
-    meaning: "speed below which the bristles' friction is proportional to the speed",
+    meaning: "speed below which friction on bristles, or of the robot's guide, is proportional to the speed",
     null: None,
     range: (1e-6, 0.1),
     plausible: (1e-5, 1e-2),
@@ -63,10 +69,55 @@ pub(super) const CREEP: Parameter = Parameter {
     search: Search::Typical,
 };
 
-/// Whatever holds the piece does it by such bristles, if it has any: `values` are the three parameters.
-pub(super) fn on_bristles(guide: &mut Guide, [bristles, presliding_m, creep_m_per_s]: [f64; 3]) {
-    if bristles > 0.5 {
-        (guide.presliding_m, guide.creep_m_per_s) = (presliding_m, creep_m_per_s);
+/// A guide that rubs, of the piece or of the robot.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rubbing {
+    pub(super) coulomb_n: f64,
+    pub(super) static_ratio: f64,
+    pub(super) stribeck_m_per_s: f64,
+    pub(super) cell_share: f64,
+    pub(super) rest_share: f64,
+    /// The values of [`GUIDE`], [`PRESLIDING`] and [`CREEP`].
+    pub(super) held: [f64; 3],
+}
+
+impl Rubbing {
+    pub(super) fn enter(self, assembly: &mut Assembly) {
+        let [guide, presliding_m, creep_m_per_s] = self.held;
+        if guide > 1.5 {
+            assembly.drives.push(Box::new(Rail(self)));
+            return;
+        }
+        assembly.guide.coulomb_n += self.coulomb_n;
+        assembly.guide.static_ratio = assembly.guide.static_ratio.max(self.static_ratio);
+        assembly.guide.stribeck_m_per_s = self.stribeck_m_per_s.max(assembly.guide.stribeck_m_per_s);
+        assembly.guide.stands_on_cell(self.cell_share);
+        assembly.guide.rest_share = self.rest_share;
+        if guide > 0.5 {
+            (assembly.guide.presliding_m, assembly.guide.creep_m_per_s) = (presliding_m, creep_m_per_s);
+        }
+    }
+}
+
+/// The robot's own guide. Below this it is no slower, so that a solver can follow: 0.1 mm/s.
+#[derive(Debug)]
+struct Rail(Rubbing);
+
+const SLOWEST_M_PER_S: f64 = 1e-4;
+
+impl Drive for Rail {
+    fn force_n(&self, motion: Motion) -> f64 {
+        let Rubbing { coulomb_n, static_ratio, stribeck_m_per_s, held: [_, _, creep_m_per_s], .. } = self.0;
+        if motion.time_s <= 0.0 {
+            return 0.0;
+        }
+        let speed = motion.velocity_m_per_s;
+        let level = if static_ratio > 1.0 {
+            1.0 + (static_ratio - 1.0) * (-(speed / stribeck_m_per_s).powi(2)).exp()
+        } else {
+            1.0
+        };
+        -coulomb_n * level * speed / speed.hypot(creep_m_per_s.max(SLOWEST_M_PER_S))
     }
 }
 
@@ -104,7 +155,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         },
         CELL_SHARE,
         REST_SHARE,
-        BRISTLES,
+        GUIDE,
         PRESLIDING,
         CREEP,
     ],
@@ -115,10 +166,15 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    assembly.guide.coulomb_n += effect.value(0);
-    assembly.guide.stands_on_cell(effect.value(1));
-    assembly.guide.rest_share = effect.value(2);
-    on_bristles(&mut assembly.guide, [3, 4, 5].map(|place| effect.value(place)));
+    let rubbing = Rubbing {
+        coulomb_n: effect.value(0),
+        static_ratio: 1.0,
+        stribeck_m_per_s: 0.0,
+        cell_share: effect.value(1),
+        rest_share: effect.value(2),
+        held: [3, 4, 5].map(|place| effect.value(place)),
+    };
+    rubbing.enter(assembly);
 }
 
 #[cfg(test)]
@@ -144,8 +200,8 @@ mod tests {
                     let friction = format!("guide-friction:force_N=5,cell_share={share},{shape}");
                     strike(*rig, 0.25, 6.0, &[&[friction.as_str()], others].concat())
                 };
-                let rigid = run("bristles=0");
-                let bent = run("bristles=1,presliding_m=1e-6,creep_m_per_s=1e-6");
+                let rigid = run("guide=0");
+                let bent = run("guide=1,presliding_m=1e-6,creep_m_per_s=1e-6");
                 let (contact, expected) = (bent.truth().contacts[0], rigid.truth().contacts[0]);
                 near("peak", contact.stroke_m / expected.stroke_m, 1.0, 1e-4);
                 near("end", contact.end_s.unwrap() / expected.end_s.unwrap(), 1.0, 2e-3);
@@ -162,7 +218,7 @@ mod tests {
     fn what_is_held_creeps_home() {
         let (force, creep) = (2.0, 2e-3);
         let rig = Rig::impact(25e3).with_pad(80e3);
-        let effect = format!("guide-friction:force_N={force},bristles=1,presliding_m=1e-6,creep_m_per_s={creep}");
+        let effect = format!("guide-friction:force_N={force},guide=1,presliding_m=1e-6,creep_m_per_s={creep}");
         let impact = strike(rig, 0.25, 6.0, &[&effect]);
         let end = impact.truth().contacts[0].end_s.unwrap();
         for after in [0.03, 0.05, 0.07] {

@@ -6,6 +6,7 @@
 //! Source: Stribeck's curve, B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994) 1083; F_s/F_c 1.1 to 2, v_s some mm/s
 //! to some cm/s.
 
+use super::guide_friction::{CELL_SHARE, CREEP, GUIDE, PRESLIDING, REST_SHARE, Rubbing};
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::Assembly;
 
@@ -39,8 +40,8 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Linear,
             search: Search::Plausible,
         },
-        super::guide_friction::CELL_SHARE,
-        super::guide_friction::REST_SHARE,
+        CELL_SHARE,
+        REST_SHARE,
         Parameter {
             name: "stribeck_m_per_s",
             unit: "m/s",
@@ -52,9 +53,9 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Logarithmic,
             search: Search::Typical,
         },
-        super::guide_friction::BRISTLES,
-        super::guide_friction::PRESLIDING,
-        super::guide_friction::CREEP,
+        GUIDE,
+        PRESLIDING,
+        CREEP,
     ],
     signature: "a dead zone at the start and at the turning point from which it breaks loose; a rest after release",
     confused_with: &["guide-friction", "clearance"],
@@ -63,10 +64,13 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    assembly.guide.coulomb_n += effect.value(0);
-    assembly.guide.static_ratio = assembly.guide.static_ratio.max(effect.value(1));
-    assembly.guide.stands_on_cell(effect.value(2));
-    assembly.guide.rest_share = effect.value(3);
-    assembly.guide.stribeck_m_per_s = effect.value(4);
-    super::guide_friction::on_bristles(&mut assembly.guide, [5, 6, 7].map(|place| effect.value(place)));
+    let rubbing = Rubbing {
+        coulomb_n: effect.value(0),
+        static_ratio: effect.value(1),
+        stribeck_m_per_s: effect.value(4),
+        cell_share: effect.value(2),
+        rest_share: effect.value(3),
+        held: [5, 6, 7].map(|place| effect.value(place)),
+    };
+    rubbing.enter(assembly);
 }

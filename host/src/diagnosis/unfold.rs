@@ -28,6 +28,8 @@ const AGAIN_FORCE: f64 = 0.1;
 const LONGER: f64 = 1.15;
 /// How many mechanisms are followed up to how many contact times.
 const FOLLOWED: [(f64, usize); 3] = [(1.5, 6), (3.0, 3), (f64::INFINITY, 2)];
+/// How many starts of a mechanism are fitted to the first contact: those that are nearest to it as they are.
+const BEGUN: usize = 24;
 /// Where a shape that has one typical value is begun as well: this far into what is likely of it.
 const LOW: f64 = 0.25;
 
@@ -71,10 +73,13 @@ fn grown(problem: &Problem, base: &Fit, mechanisms: &[&'static Mechanism], scope
     let begin = |effect: Effect| {
         let layout = base.layout.with(problem, Entrant { scope, ..Entrant::everywhere(effect) });
         let start = layout.as_stated(&layout.start_from(problem, &base.layout, &base.point));
-        run(&first, Fit::touching(&first, layout, start, part)?, Effort::FULL)
+        Fit::touching(&first, layout, start, part)
     };
     let best_of = |mechanism: &&'static Mechanism| {
-        let fits = starts(&reach, mechanism).into_par_iter().filter_map(begin);
+        let mut begun: Vec<Fit> = starts(&reach, mechanism).into_par_iter().filter_map(begin).collect();
+        begun.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        begun.truncate(BEGUN);
+        let fits = begun.into_par_iter().filter_map(|fit| run(&first, fit, Effort::FULL));
         fits.min_by(|a, b| a.cost.total_cmp(&b.cost))
     };
     // In few recordings what else the robot does is found without.
