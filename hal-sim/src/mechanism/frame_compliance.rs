@@ -6,7 +6,8 @@
 //!
 //! m_f·ẍ_f = S + F_f − k_f·x_f − c_f·ẋ_f, the stroke is x_p − x_f, k_f = 1/compliance, c_f = 2ζ·√(k_f·m_f). The cell stands
 //! between springs and frame: it bears the springs' force and, since it swings with the frame, the inertia of what is
-//! screwed on its measuring side: F = S − m_c·ẍ_f. By the latter the swing is seen after release as well.
+//! screwed on its measuring side: F = S − m_c·ẍ_f. By the latter the swing is seen after release as well. A cell under all of the frame,
+//! m_c = m_f, bears k_f·x_f + c_f·ẋ_f.
 //!
 //! Source: two bodies; stands and tables of 10 to 30 kg on 1 to 20 N/µm swing at 40 to 300 Hz.
 
@@ -59,11 +60,11 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             unit: "kg",
             meaning: "mass m_c between springs and cell, part of m_f",
             null: None,
-            range: (0.0, 20.0),
-            plausible: (0.02, 2.0),
+            range: (0.0, 1000.0),
+            plausible: (0.02, 50.0),
             typical: 0.02,
             scale: Scale::Logarithmic,
-            search: Search::Typical,
+            search: Search::OneOf(&[0.02, 10.0]),
         },
     ],
     signature: "a slight ring at one frequency from the first instant on, which goes on after release; the stiffness seems a little lower",

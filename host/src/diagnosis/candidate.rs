@@ -11,6 +11,9 @@ use super::repeats::{Repeat, repeats};
 /// The most starts of a form of a mechanism.
 const MOST_STARTS: usize = 48;
 
+/// The golden section, whose multiples are spread evenly whatever the period.
+const GOLDEN: f64 = 0.618_033_988_749_895;
+
 /// Strengths that are tried, at equal ratios over the likely ones.
 const STRENGTHS: usize = 3;
 
@@ -70,10 +73,11 @@ impl Reach {
         let grid = |starts: Vec<Effect>, place: usize| self.along(mechanism, starts, place);
         let mut starts = others.into_iter().fold(vec![mechanism.typical()], grid);
         while starts.len() > MOST_STARTS {
-            let mut even = false;
+            // By the golden section and not one in two, which would take one value of two away for good.
+            let mut place = 0.0;
             starts.retain(|_| {
-                even = !even;
-                even
+                place = (place + GOLDEN) % 1.0;
+                place < 0.5
             });
         }
         forms.into_iter().fold(starts, grid)

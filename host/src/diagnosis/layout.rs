@@ -199,15 +199,15 @@ pub fn value_of(parameter: &Parameter, coordinate: f64) -> f64 {
 }
 
 impl Layout {
-    /// Whether a global coordinate should be where it was stated, within what was stated of it: a stiffness, or a mass of which no mechanism
-    /// says that it is otherwise. (That one mass is wrong casts doubt on all: they have one source.)
+    /// Whether a global coordinate should be where it was stated, within what was stated of it: a stiffness or a mass of which no mechanism
+    /// says that it is otherwise. (That one mass is wrong casts doubt on all: they have one source. Where a curve is bent its stiffness is
+    /// that of the stroke at which it was measured, and force alone does not tell which of two springs in series is bent.)
     #[must_use]
     pub fn holds_stated(&self, role: Role) -> bool {
-        let doubts_masses =
-            || self.entrants.iter().any(|entrant| entrant.effect.mechanism().id == "pose-dependent-mass");
+        let names = |id: &str| self.entrants.iter().any(|entrant| entrant.effect.mechanism().id == id);
         match role {
-            Role::Body | Role::Pad => true,
-            Role::Mass(_) => !doubts_masses(),
+            Role::Body | Role::Pad => !names("hardening"),
+            Role::Mass(_) => !names("pose-dependent-mass"),
             _ => false,
         }
     }
