@@ -99,10 +99,11 @@ impl Rubbing {
     }
 }
 
-/// The robot's own guide. Below this it is no slower, so that a solver can follow: 0.1 mm/s.
+/// The robot's own guide.
 #[derive(Debug)]
 struct Rail(Rubbing);
 
+/// The slowest speed below which its friction is proportional to the speed: a solver can follow it.
 const SLOWEST_M_PER_S: f64 = 1e-4;
 
 impl Drive for Rail {

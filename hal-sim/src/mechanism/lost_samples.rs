@@ -75,11 +75,11 @@ impl Stage for Closed {
     fn apply(&self, times_s: &[f64], signal_n: &mut [f64]) {
         let Self(Gap { from_s, lasts_s }) = *self;
         let original = signal_n.to_vec();
-        for place in first_touched(times_s, from_s)..times_s.len() {
+        for (place, signal) in signal_n.iter_mut().enumerate().skip(first_touched(times_s, from_s)) {
             let (low_s, high_s) = around(times_s, place);
             let after = ((high_s - from_s) / (high_s - low_s)).clamp(0.0, 1.0);
             let later = between(times_s, &original, times_s[place] + lasts_s);
-            signal_n[place] += after * (later - original[place]);
+            *signal += after * (later - original[place]);
         }
     }
 }
@@ -90,14 +90,14 @@ impl Stage for Filled {
         let until_s = from_s + lasts_s;
         let original = signal_n.to_vec();
         let last = between(times_s, &original, from_s);
-        for place in first_touched(times_s, from_s)..times_s.len() {
+        for (place, signal) in signal_n.iter_mut().enumerate().skip(first_touched(times_s, from_s)) {
             let (low_s, high_s) = around(times_s, place);
             if low_s >= until_s {
                 break;
             }
             let (from_s, until_s) = (low_s.max(from_s), high_s.min(until_s));
             let part = ((until_s - from_s) / (high_s - low_s)).max(0.0);
-            signal_n[place] += part * (last - between(times_s, &original, 0.5 * (from_s + until_s)));
+            *signal += part * (last - between(times_s, &original, 0.5 * (from_s + until_s)));
         }
     }
 }
