@@ -387,9 +387,9 @@ impl Fit {
         };
         let mut global = DMatrix::zeros(rows, layout.globals.len());
         let mut local = DMatrix::zeros(rows, layout.locals.len());
-        let mut body = None;
-        let valley =
-            Series::of(problem, layout).filter(|_| effort.globals).map(|series| series.valley(&self.point, recording));
+        // Those of body springs and pad, which repeat together.
+        let mut springs: Vec<usize> = Vec::new();
+        let valley = Series::of(problem, layout).filter(|_| effort.globals).map(|series| series.valley(&self.point));
         let mut places: Vec<usize> = (0..layout.globals.len()).collect();
         // The derivative along the valley builds on that by the softer spring.
         if let Some(valley) = valley.filter(|valley| valley.softer > valley.stiffer) {
@@ -403,8 +403,9 @@ impl Fit {
                 Role::Mechanism { entrant, .. } => layout.entrants[entrant].scope.includes(recording, configuration),
                 _ => true,
             };
-            // A spring's repeatability moves what the spring itself moves.
-            let wanted = effort.globals || effort.nuisances && coordinate.role == Role::Body;
+            // The springs' repeatability moves what the springs themselves move.
+            let is_spring = matches!(coordinate.role, Role::Body | Role::Pad);
+            let wanted = effort.globals || effort.nuisances && is_spring;
             if !touched || !wanted {
                 continue;
             }
@@ -433,8 +434,8 @@ impl Fit {
                 column.iter_mut().zip(&softer).for_each(|(column, softer)| *column += valley.ratio * softer);
             }
             global.column_mut(place).copy_from_slice(&column);
-            if coordinate.role == Role::Body {
-                body = Some(place);
+            if is_spring {
+                springs.push(place);
             }
         }
         for (place, coordinate) in layout.locals.iter().enumerate() {
@@ -450,7 +451,10 @@ impl Fit {
                     problem.recordings[recording].whiten(&mut column);
                     column
                 }
-                Role::Repeat if body.is_some() => global.column(body.unwrap_or(0)).iter().copied().collect(),
+                Role::Repeat if !springs.is_empty() => {
+                    let row = |row: usize| springs.iter().map(|place| global[(row, *place)]).sum();
+                    (0..rows).map(row).collect()
+                }
                 Role::Offset(channel) => {
                     let samples = rows / problem.channels.len();
                     let mut column = vec![0.0; rows];
@@ -535,7 +539,7 @@ impl Fit {
                 }
             }
             if let Some(series) = series {
-                series.bend(&self.point, &mut moved, part);
+                series.bend(&self.point, &mut moved);
             }
             if let Some((fit, motions)) = Self::moving_at(problem, self.layout.clone(), moved, part)
                 && fit.cost < self.cost

@@ -56,8 +56,14 @@ fn assembled(problem: &Problem, layout: &Layout, point: &Point, recording: usize
     let mut apply = |coordinates: &[Coordinate], values: &[f64]| {
         for (coordinate, value) in coordinates.iter().zip(values) {
             match coordinate.role {
-                Role::Body | Role::Repeat => rig.body_stiffness_n_per_m *= value.exp(),
-                Role::Pad => rig.pad_stiffness_n_per_m = rig.pad_stiffness_n_per_m.map(|pad| pad * value.exp()),
+                Role::Body | Role::Pad | Role::Repeat => {
+                    if coordinate.role != Role::Pad {
+                        rig.body_stiffness_n_per_m *= value.exp();
+                    }
+                    if coordinate.role != Role::Body {
+                        rig.pad_stiffness_n_per_m = rig.pad_stiffness_n_per_m.map(|pad| pad * value.exp());
+                    }
+                }
                 Role::Mass(configuration) if configuration == prepared.configuration => mass *= value.exp(),
                 Role::Speed => speed += value * prepared.speed_scale(),
                 _ => {}

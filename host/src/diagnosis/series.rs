@@ -1,21 +1,19 @@
 //! Body springs and pad in series, of which the force shows one stiffness.
 //!
-//! 1/k = 1/k_b + 1/k_p is known to a few parts in 10⁵ where the noise is low; how the two share it, only by what is stated of each and by how
-//! far a spring's repeatability carries. In ln k_b and ln k_p that valley is narrow and curved. A straight step leaves it, and difference
+//! 1/k = 1/k_b + 1/k_p is known to a few parts in 10⁵ where the noise is low; how the two share it, only by what is stated of each. In ln k_b and ln k_p that valley is narrow and curved. A straight step leaves it, and difference
 //! quotients by both logarithms differ in their last digits, which looks like a slope across it: fits crept along the valley and stopped many
-//! stated deviations from where they were going. So a step is bent until k changes, in every recording, by what the straight one promised,
-//! ∂ln k/∂ln k_b = k/k_b and ∂ln k/∂ln k_p = k/k_p, and the derivative by one of the two is taken along the valley.
+//! stated deviations from where they were going. So a step is bent until k changes by what the straight one promised,
+//! ∂ln k/∂ln k_b = k/k_b and ∂ln k/∂ln k_p = k/k_p, and the derivative by one of the two is taken along the valley. What a recording's springs
+//! differ from the others' is a factor on both, and on k.
 
-use super::fit::Part;
 use super::layout::{Layout, Point, Role};
 use super::problem::Problem;
 
-/// Where a point has the logarithms of both springs, and each recording's own of the body's; and what is stated.
+/// Where a point has the logarithms of both springs, and what is stated.
 #[derive(Clone, Copy, Debug)]
 pub struct Series {
     body: usize,
     pad: usize,
-    repeat: usize,
     stated: Springs,
 }
 
@@ -55,23 +53,22 @@ impl Series {
     #[must_use]
     pub fn of(problem: &Problem, layout: &Layout) -> Option<Self> {
         let global = |role| layout.globals.iter().position(|coordinate| coordinate.role == role);
-        let repeat = layout.locals.iter().position(|coordinate| coordinate.role == Role::Repeat);
         let stated =
             Springs { body: problem.rig.body_stiffness_n_per_m?.value, pad: problem.rig.pad_stiffness_n_per_m?.value };
-        Some(Self { body: global(Role::Body)?, pad: global(Role::Pad)?, repeat: repeat?, stated })
+        Some(Self { body: global(Role::Body)?, pad: global(Role::Pad)?, stated })
     }
 
-    fn springs(&self, point: &Point, repeat: f64) -> Springs {
+    fn springs(&self, point: &Point) -> Springs {
         Springs {
-            body: self.stated.body * (point.globals[self.body] + repeat).exp(),
+            body: self.stated.body * point.globals[self.body].exp(),
             pad: self.stated.pad * point.globals[self.pad].exp(),
         }
     }
 
-    /// The valley at a point, as one recording has it.
+    /// The valley at a point.
     #[must_use]
-    pub fn valley(&self, point: &Point, recording: usize) -> Valley {
-        let springs = self.springs(point, point.locals[recording][self.repeat]);
+    pub fn valley(&self, point: &Point) -> Valley {
+        let springs = self.springs(point);
         if springs.body > springs.pad {
             Valley { stiffer: self.body, softer: self.pad, ratio: springs.pad / springs.body }
         } else {
@@ -80,23 +77,13 @@ impl Series {
     }
 
     /// Bends the step from one point to another.
-    pub fn bend(&self, from: &Point, to: &mut Point, part: Part<'_>) {
+    pub fn bend(&self, from: &Point, to: &mut Point) {
         let by_body = to.globals[self.body] - from.globals[self.body];
         let by_pad = to.globals[self.pad] - from.globals[self.pad];
         // Both by the same moves k by as much.
-        let missing = self.springs(from, 0.0).promised(by_body, by_pad) - self.springs(to, 0.0).in_series().ln();
+        let missing = self.springs(from).promised(by_body, by_pad) - self.springs(to).in_series().ln();
         to.globals[self.body] += missing;
         to.globals[self.pad] += missing;
-        let now = self.springs(to, 0.0);
-        for &recording in part {
-            let before = from.locals[recording][self.repeat];
-            let by_own = to.locals[recording][self.repeat] - before;
-            let promised = self.springs(from, before).promised(by_body + by_own, by_pad).exp();
-            // Nothing in series is stiffer than the pad alone.
-            if promised < now.pad {
-                to.locals[recording][self.repeat] = -((1.0 / promised - 1.0 / now.pad) * now.body).ln();
-            }
-        }
     }
 }
 
@@ -115,31 +102,31 @@ impl Valley {
 mod tests {
     use super::*;
 
-    const STATED: Series = Series { body: 0, pad: 1, repeat: 0, stated: Springs { body: 75e3, pad: 25e3 } };
+    const STATED: Series = Series { body: 0, pad: 1, stated: Springs { body: 75e3, pad: 25e3 } };
 
-    fn at(body: f64, pad: f64, repeat: f64) -> Point {
-        Point { globals: vec![body, pad], locals: vec![vec![repeat]] }
+    fn at(body: f64, pad: f64) -> Point {
+        Point { globals: vec![body, pad], locals: Vec::new() }
     }
 
     #[test]
     fn the_valley_keeps_what_both_are_together() {
-        for (point, stiffer) in [(at(0.1, -0.2, 0.002), 0), (at(-0.8, 0.9, 0.002), 1)] {
-            let valley = STATED.valley(&point, 0);
+        for (point, stiffer) in [(at(0.1, -0.2), 0), (at(-0.8, 0.9), 1)] {
+            let valley = STATED.valley(&point);
             assert_eq!(valley.stiffer, stiffer);
             let moved = valley.along(&point, 0.05);
-            let series = |point: &Point| STATED.springs(point, 0.002).in_series();
+            let series = |point: &Point| STATED.springs(point).in_series();
             assert!((series(&moved) / series(&point) - 1.0).abs() < 1e-14);
             assert!((moved.globals[stiffer] - point.globals[stiffer] - 0.05).abs() < 1e-15);
         }
     }
 
     #[test]
-    fn a_bent_step_changes_every_recording_by_what_the_tangent_promised() {
-        let (from, mut to) = (at(0.1, -0.2, 0.002), at(-0.15, 0.02, -0.001));
-        let promised = STATED.springs(&from, 0.002).promised(-0.25 - 0.003, 0.22);
-        let straight = STATED.springs(&to, -0.001).in_series().ln();
-        STATED.bend(&from, &mut to, &[0]);
-        let bent = STATED.springs(&to, to.locals[0][0]).in_series().ln();
+    fn a_bent_step_changes_both_together_by_what_the_tangent_promised() {
+        let (from, mut to) = (at(0.1, -0.2), at(-0.15, 0.02));
+        let promised = STATED.springs(&from).promised(-0.25, 0.22);
+        let straight = STATED.springs(&to).in_series().ln();
+        STATED.bend(&from, &mut to);
+        let bent = STATED.springs(&to).in_series().ln();
         assert!((straight - promised).abs() > 1e-3 && (bent - promised).abs() < 1e-14);
     }
 }
