@@ -306,6 +306,16 @@ impl Selecting<'_> {
         trial.bic + loose as f64 * FURTHER * self.gained(trial)
     }
 
+    /// Whether the baseline had not converged: what falls with a model's only mechanism falls without it as well. Then that is the baseline.
+    fn found_lower_baseline(&mut self, of: &Standing) -> Option<bool> {
+        let [Some(again)] = of.fewer.as_slice() else { return Some(false) };
+        let is_lower = again.fit.cost < self.retuned.trial.fit.cost - UNCONVERGED;
+        if is_lower {
+            self.retuned = Standing::of(self.problem, again.clone(), self.part)?;
+        }
+        Some(is_lower)
+    }
+
     /// A model grown, and its mechanisms exchanged, as long as that makes it better.
     fn settled(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
         let mut here = from;
@@ -354,10 +364,15 @@ impl Selecting<'_> {
         else {
             return Some(from);
         };
-        let others = trials.into_iter().filter(|trial| !added(&trial.fit).is_same_as(added(&lightest.fit)));
+        let begun = Standing::of(self.problem, lightest, self.part)?;
+        if self.found_lower_baseline(&begun)? {
+            self.rivals.clear();
+            let here = self.settled(self.retuned.clone(), progress)?;
+            return self.revised(here, progress);
+        }
+        let others = trials.into_iter().filter(|trial| !added(&trial.fit).is_same_as(added(&begun.trial.fit)));
         let others: Vec<(usize, Trial)> = others.map(|trial| (0, trial)).collect();
         let rivals = std::mem::replace(&mut self.rivals, others);
-        let begun = Standing::of(self.problem, lightest, self.part)?;
         let here = self.settled(begun, progress)?;
         let is_better = self.burden(&here.trial) < self.burden(&from.trial) - 1.0
             && (leaves || !remains(&self.selection(here.clone())));
@@ -435,16 +450,9 @@ impl Selecting<'_> {
                 break;
             };
             let larger = Standing::of(self.problem, next.clone(), self.part)?;
-            // What falls without the mechanism as well is the baseline's, which had not converged.
-            if number == 0
-                && let [Some(again)] = larger.fewer.as_slice()
-                && again.fit.cost < here.trial.fit.cost - UNCONVERGED
-            {
-                self.retuned = Standing::of(self.problem, again.clone(), self.part)?;
-                if !is_no_chance(self.problem, again, next) {
-                    here = self.retuned.clone();
-                    continue;
-                }
+            if self.found_lower_baseline(&larger)? && !is_no_chance(self.problem, &self.retuned.trial, next) {
+                here = self.retuned.clone();
+                continue;
             }
             let larger = self.needed(larger)?;
             if larger.mechanisms() <= number {
