@@ -7,9 +7,8 @@
 //! F_r/v_b, beyond it gives what it can; brakes of dry friction have a small v_b.
 //!
 //! Source: threshold and delay of a collision monitor, reaction 5 to 30 ms after detection and never within its cycle (1 ms; what answers at
-//! once is friction); a retreat is a motion with a limit of speed,
-//! 0.25 m/s (reduced speed, ISO 10218-1) to some m/s; its corner rounded by tanh. A protective stop is of category 0 (brakes) or 1
-//! (controlled), IEC 60204-1.
+//! once is friction); a retreat is a motion with a limit of speed, 0.25 m/s (reduced speed, ISO 10218-1) to some m/s; its corner rounded
+//! by tanh. A protective stop is of category 0 (brakes) or 1 (controlled), IEC 60204-1.
 
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Drive, Motion, Trigger};
@@ -69,10 +68,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         Parameter {
             name: "response",
             meaning: "what it does: 0 pulls back, 1 stops, 2 retracts at a controlled speed",
-            range: (0.0, 2.0),
-            plausible: (0.0, 2.0),
-            search: Search::Form(&[0.0, 1.0, 2.0]),
-            ..Parameter::EITHER
+            ..Parameter::ONE_OF_THREE
         },
         Parameter {
             name: "braking_m_per_s",

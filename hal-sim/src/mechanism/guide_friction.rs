@@ -18,7 +18,7 @@
 //! A solid friction model, Aerospace Corp. TOR-0158 (1968); presliding of 1 to 50 µm: B. Armstrong-Hélouvry et al., Automatica 30 (1994) 1083.
 
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
-use crate::rig::{Assembly, Drive, Motion};
+use crate::rig::{Assembly, Drive, Guide, Motion};
 
 /// Where the friction goes: to the cell or past it.
 pub(super) const CELL_SHARE: Parameter = Parameter {
@@ -37,10 +37,7 @@ pub(super) const CELL_SHARE: Parameter = Parameter {
 pub(super) const GUIDE: Parameter = Parameter {
     name: "guide",
     meaning: "what rubs: 0 the piece, which sticks rigidly, 1 the piece, on bristles that bend before they slide, 2 the robot's own guide",
-    range: (0.0, 2.0),
-    plausible: (0.0, 2.0),
-    search: Search::Form(&[0.0, 1.0, 2.0]),
-    ..Parameter::EITHER
+    ..Parameter::ONE_OF_THREE
 };
 
 /// How far bristles bend.
@@ -85,7 +82,13 @@ impl Rubbing {
     pub(super) fn enter(self, assembly: &mut Assembly) {
         let [guide, presliding_m, creep_m_per_s] = self.held;
         if guide > 1.5 {
-            assembly.drives.push(Box::new(Rail(self)));
+            assembly.drives.push(Box::new(Rail(Guide {
+                coulomb_n: self.coulomb_n,
+                static_ratio: self.static_ratio,
+                stribeck_m_per_s: self.stribeck_m_per_s,
+                creep_m_per_s: creep_m_per_s.max(SLOWEST_M_PER_S),
+                ..Guide::default()
+            })));
             return;
         }
         assembly.guide.coulomb_n += self.coulomb_n;
@@ -101,24 +104,19 @@ impl Rubbing {
 
 /// The robot's own guide.
 #[derive(Debug)]
-struct Rail(Rubbing);
+struct Rail(Guide);
 
 /// The slowest speed below which its friction is proportional to the speed: a solver can follow it.
 const SLOWEST_M_PER_S: f64 = 1e-4;
 
 impl Drive for Rail {
     fn force_n(&self, motion: Motion) -> f64 {
-        let Rubbing { coulomb_n, static_ratio, stribeck_m_per_s, held: [_, _, creep_m_per_s], .. } = self.0;
+        let Self(guide) = self;
         if motion.time_s <= 0.0 {
             return 0.0;
         }
         let speed = motion.velocity_m_per_s;
-        let level = if static_ratio > 1.0 {
-            1.0 + (static_ratio - 1.0) * (-(speed / stribeck_m_per_s).powi(2)).exp()
-        } else {
-            1.0
-        };
-        -coulomb_n * level * speed / speed.hypot(creep_m_per_s.max(SLOWEST_M_PER_S))
+        -guide.coulomb_n * guide.grip(speed) * speed / speed.hypot(guide.creep_m_per_s)
     }
 }
 

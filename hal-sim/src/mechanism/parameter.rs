@@ -106,6 +106,10 @@ impl Parameter {
         search: Search::Form(&[0.0, 1.0]),
     };
 
+    /// The same between three, 0, 1 and 2.
+    pub(super) const ONE_OF_THREE: Self =
+        Self { range: (0.0, 2.0), plausible: (0.0, 2.0), search: Search::Form(&[0.0, 1.0, 2.0]), ..Self::EITHER };
+
     /// Whether it is held at its value when a mechanism is fitted.
     #[must_use]
     pub fn is_held(&self) -> bool {

@@ -36,7 +36,9 @@ pub struct Reach {
     pad_n_per_m: Option<f64>,
     /// Frequencies at which the residual is strong, Hz, strongest first.
     lines_hz: Vec<f64>,
-    /// How long the longest runs of equal values are, s: of the recordings that have any, the one in the middle.
+    /// Runs of equal values in each recording, the longest first.
+    pub repeats: Vec<Vec<Repeat>>,
+    /// How long the longest of each are, s: of the recordings that have any, the one in the middle.
     repeats_s: Option<f64>,
 }
 
@@ -52,9 +54,11 @@ impl Reach {
         let peaks_n = sorted((0..problem.recordings.len()).map(|number| problem.peak_n(number)).collect());
         let over = |stiffness: f64| peaks_n.iter().map(|peak| peak / stiffness).collect();
         let longest_s = |runs: &Vec<Repeat>| runs.first().map(|run| run.lasts_s);
-        let repeats_s = sorted(repeats(problem).iter().filter_map(longest_s).collect());
+        let repeats = repeats(problem);
+        let repeats_s = sorted(repeats.iter().filter_map(longest_s).collect());
         Self {
             repeats_s: repeats_s.get(repeats_s.len() / 2).copied(),
+            repeats,
             strokes_m: over(rig.body_stiffness_n_per_m),
             depths_m: over(rig.pad_stiffness_n_per_m.unwrap_or(rig.body_stiffness_n_per_m)),
             contact_times_s: sorted(problem.recordings.iter().map(|recording| recording.contact_time_s).collect()),

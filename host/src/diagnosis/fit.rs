@@ -403,10 +403,8 @@ impl Fit {
                 Role::Mechanism { entrant, .. } => layout.entrants[entrant].scope.includes(recording, configuration),
                 _ => true,
             };
-            // The springs' repeatability moves what the springs themselves move.
             let is_spring = matches!(coordinate.role, Role::Body | Role::Pad);
-            let wanted = effort.globals || effort.nuisances && is_spring;
-            if !touched || !wanted {
+            if !touched || !effort.globals {
                 continue;
             }
             let quotient = |step: f64| {
@@ -451,6 +449,7 @@ impl Fit {
                     problem.recordings[recording].whiten(&mut column);
                     column
                 }
+                // What the springs themselves move.
                 Role::Repeat if !springs.is_empty() => {
                     let row = |row: usize| springs.iter().map(|place| global[(row, *place)]).sum();
                     (0..rows).map(row).collect()
@@ -476,7 +475,7 @@ impl Fit {
                     let mut column =
                         stepped(coordinate.step, coordinate.range, self.point.locals[recording][place], quotient)?;
                     if effort.central
-                        && coordinate.role == Role::Speed
+                        && matches!(coordinate.role, Role::Speed | Role::Repeat)
                         && let Some(other) = quotient(-coordinate.step)
                     {
                         column.iter_mut().zip(&other).for_each(|(a, b)| *a = 0.5 * (*a + b));

@@ -51,18 +51,17 @@ fn strike_until(
 fn assembled(problem: &Problem, layout: &Layout, point: &Point, recording: usize) -> (Rig, Approach, Vec<Effect>) {
     let prepared = &problem.recordings[recording];
     let mut rig: Rig = model::simulated(&problem.rig);
+    let mut pad_ratio = 1.0;
     let mut speed = prepared.speed.value;
     let mut mass = prepared.mass.value;
     let mut apply = |coordinates: &[Coordinate], values: &[f64]| {
         for (coordinate, value) in coordinates.iter().zip(values) {
             match coordinate.role {
-                Role::Body | Role::Pad | Role::Repeat => {
-                    if coordinate.role != Role::Pad {
-                        rig.body_stiffness_n_per_m *= value.exp();
-                    }
-                    if coordinate.role != Role::Body {
-                        rig.pad_stiffness_n_per_m = rig.pad_stiffness_n_per_m.map(|pad| pad * value.exp());
-                    }
+                Role::Body => rig.body_stiffness_n_per_m *= value.exp(),
+                Role::Pad => pad_ratio *= value.exp(),
+                Role::Repeat => {
+                    rig.body_stiffness_n_per_m *= value.exp();
+                    pad_ratio *= value.exp();
                 }
                 Role::Mass(configuration) if configuration == prepared.configuration => mass *= value.exp(),
                 Role::Speed => speed += value * prepared.speed_scale(),
@@ -72,6 +71,7 @@ fn assembled(problem: &Problem, layout: &Layout, point: &Point, recording: usize
     };
     apply(&layout.globals, &point.globals);
     apply(&layout.locals, &point.locals[recording]);
+    rig.pad_stiffness_n_per_m = rig.pad_stiffness_n_per_m.map(|pad| pad * pad_ratio);
     let effects: Vec<Effect> = (0..layout.entrants.len())
         .filter(|entrant| layout.entrants[*entrant].scope.includes(recording, prepared.configuration))
         .map(|entrant| layout.effect_at(entrant, point, recording))

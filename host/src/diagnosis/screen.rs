@@ -24,7 +24,7 @@ use super::fit::{Fit, Imitation, Normal, Tangent};
 use super::layout::{Entrant, Point, Scope};
 use super::predict;
 use super::problem::Problem;
-use super::repeats::{Repeat, repeats};
+use super::repeats::Repeat;
 use super::subset::Subset;
 
 /// A signature of less than this whitened norm cannot be seen.
@@ -82,7 +82,7 @@ pub fn screen(
     let motions: Option<Vec<Impact>> =
         all.par_iter().map(|number| predict::strike(problem, &fit.layout, &fit.point, *number).ok()).collect();
     let Some(motions) = motions else { return Vec::new() };
-    let shown = Shown { problem, fit, tangent, gradients: &gradients.1, motions: &motions };
+    let shown = Shown { problem, fit, tangent, gradients: &gradients.1, motions: &motions, repeats: &reach.repeats };
     let projection = Projection { problem, fit, tangent, normal: &normal, gradients: &gradients };
     starts
         .par_iter()
@@ -292,7 +292,7 @@ fn either_sign(effect: &Effect) -> bool {
 /// For each recording the instant, s after contact, at which a signature of any strength takes most off its sum of squares: spread over the
 /// contact, at what is repeated, and ever nearer to the best of these. Where even half of it would be too much it comes when all is over.
 fn instants(shown: Shown<'_>, effect: &Effect) -> Vec<f64> {
-    let Shown { problem, fit, tangent, gradients, .. } = shown;
+    let Shown { problem, fit, tangent, gradients, repeats, .. } = shown;
     let count = problem.recordings.len();
     let longest_s = problem.recordings.iter().map(|recording| recording.contact_time_s).fold(0.0, f64::max);
     let over_s = |number: usize| {
@@ -317,7 +317,6 @@ fn instants(shown: Shown<'_>, effect: &Effect) -> Vec<f64> {
     for place in 0..INSTANTS {
         attempt(&mut best, vec![apart_s * (place as f64 + 0.5); count]);
     }
-    let repeats = repeats(problem);
     for rank in 0..repeats.iter().map(Vec::len).max().unwrap_or(0) {
         let since_contact_s = |number: usize, run: &Repeat| run.from_s - fit.layout.contact_s(&fit.point, number);
         let runs = repeats.iter().zip(&best).enumerate();
@@ -355,6 +354,8 @@ struct Shown<'a> {
     /// Of what each recording has for itself.
     gradients: &'a [DVector<f64>],
     motions: &'a [Impact],
+    /// Runs of equal values in each recording.
+    repeats: &'a [Vec<Repeat>],
 }
 
 impl Shown<'_> {

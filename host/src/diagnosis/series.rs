@@ -1,10 +1,11 @@
 //! Body springs and pad in series, of which the force shows one stiffness.
 //!
-//! 1/k = 1/k_b + 1/k_p is known to a few parts in 10⁵ where the noise is low; how the two share it, only by what is stated of each. In ln k_b and ln k_p that valley is narrow and curved. A straight step leaves it, and difference
-//! quotients by both logarithms differ in their last digits, which looks like a slope across it: fits crept along the valley and stopped many
-//! stated deviations from where they were going. So a step is bent until k changes by what the straight one promised,
-//! ∂ln k/∂ln k_b = k/k_b and ∂ln k/∂ln k_p = k/k_p, and the derivative by one of the two is taken along the valley. What a recording's springs
-//! differ from the others' is a factor on both, and on k.
+//! 1/k = 1/k_b + 1/k_p is known to a few parts in 10⁵ where the noise is low; how the two share it, only by what is stated of each. In
+//! ln k_b and ln k_p that valley is narrow and curved. A straight step leaves it, and difference quotients by both logarithms differ in
+//! their last digits, which looks like a slope across it: fits crept along the valley and stopped many stated deviations from where they
+//! were going. So a step is bent until k changes by what the straight one promised, ∂ln k/∂ln k_b = k/k_b and ∂ln k/∂ln k_p = k/k_p, and
+//! the derivative by one of the two is taken along the valley. What a recording's springs differ from the others' is a factor on both,
+//! and on k.
 
 use super::layout::{Layout, Point, Role};
 use super::problem::Problem;
