@@ -2,8 +2,10 @@
 //!
 //! F = F_el(δ) + c·δ̇. The contact force begins with a step c·v₀. Behind a massless piece the cell sees it smoothed by
 //! (k_pad + k_body)/c; without a pad the dashpot is beside the body springs and the cell sees the step itself. A loss that pad and springs
-//! share stands beside both together (`across`), and the cell sees the step behind a pad, too. (With a piece that has a mass of its own
-//! it stands beside the pad: a piece that springs back as the robot leaves would touch it again and again.)
+//! share stands beside both together (`across` 1), and the cell sees the step behind a pad, too. (With a piece that has a mass of its own
+//! it stands beside the pad: a piece that springs back as the robot leaves would touch it again and again.) Oil in the guide stands
+//! beside the body springs alone (`across` 2): behind a pad the force begins as the pad's, k_pad·v₀·t, and bends to that of both in series
+//! after c/(k_pad + k_body).
 //!
 //! Source: Kelvin–Voigt element.
 
@@ -31,8 +33,8 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         },
         Parameter {
             name: "across",
-            meaning: "0: beside the pad, 1: beside pad and springs together; others are rounded",
-            ..Parameter::EITHER
+            meaning: "0: beside the pad, 1: beside pad and springs together, 2: beside the body springs; others are rounded",
+            ..Parameter::ONE_OF_THREE
         },
     ],
     signature: "a step of the force at contact, proportional to the speed; the pulse ends while the pad is still pressed",
@@ -42,9 +44,12 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    let is_across = effect.value(1).round() == 1.0 && assembly.pad.is_some() && assembly.piece.is_none();
-    let damping_ns_per_m =
-        if is_across { &mut assembly.across_ns_per_m } else { &mut assembly.touched_mut().damping_ns_per_m };
+    let is_behind_pad = assembly.pad.is_some();
+    let damping_ns_per_m = match effect.value(1).round() {
+        1.0 if is_behind_pad && assembly.piece.is_none() => &mut assembly.across_ns_per_m,
+        2.0 => &mut assembly.spring.damping_ns_per_m,
+        _ => &mut assembly.touched_mut().damping_ns_per_m,
+    };
     *damping_ns_per_m += effect.value(0);
 }
 
@@ -82,5 +87,31 @@ mod tests {
             assert!(v < 0.0);
             near("after", impact.force_n(contacts[0].end_s.unwrap() + 0.01), 0.0, 1e-3);
         }
+    }
+
+    /// c·u̇ = k_p·(x − u) − k_b·u, m·ẍ = −k_p·(x − u), by Heun's method in steps of 1 µs.
+    #[test]
+    fn beside_the_body_springs_it_holds_the_massless_piece() {
+        let (springs, pad, mass, speed, damping) = (25e3, 80e3, 6.0, 0.3, 40.0);
+        let impact =
+            strike(Rig::impact(springs).with_pad(pad), speed, mass, &["viscous-damping:damping_Ns_per_m=40,across=2"]);
+        let rates = |[x, v, u]: [f64; 3]| [v, -pad * (x - u) / mass, (pad * (x - u) - springs * u) / damping];
+        let step_s = 1e-6;
+        let (mut state, mut time_s) = ([0.0, speed, 0.0], 0.0);
+        while time_s < 1e-4 || state[0] > state[2] {
+            let first = rates(state);
+            let there: [f64; 3] = std::array::from_fn(|place| state[place] + step_s * first[place]);
+            let second = rates(there);
+            state = std::array::from_fn(|place| state[place] + 0.5 * step_s * (first[place] + second[place]));
+            time_s += step_s;
+            if ((time_s / step_s).round() as u32).is_multiple_of(5000) {
+                near("force", impact.force_n(time_s), pad * (state[0] - state[2]), 2e-3);
+                near("speed", impact.value(Quantity::Velocity, time_s), state[1], 3e-6);
+            }
+        }
+        let contacts = impact.truth().contacts;
+        assert_eq!(contacts.len(), 1);
+        near("end", contacts[0].end_s.unwrap(), time_s, 2e-6);
+        near("after", impact.force_n(time_s + 0.005), 0.0, 1e-3);
     }
 }

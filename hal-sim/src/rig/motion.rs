@@ -275,7 +275,7 @@ impl System {
     /// [onset](System::onset), only a ramp is left.
     fn closing_n(&self, instant: &Instant, mode: &Mode) -> f64 {
         let parts_unloaded = self.pull_off_n == 0.0;
-        let parts_pressed = self.assembly.across_ns_per_m > 0.0;
+        let parts_pressed = self.assembly.across_ns_per_m > 0.0 || self.assembly.spring.damping_ns_per_m > 0.0;
         if self.form != PieceForm::Creeping || mode.guiding == Guiding::Sticking || !parts_unloaded || parts_pressed {
             return 0.0;
         }
@@ -1137,10 +1137,11 @@ impl System {
             _ => self.pad(depth_m, rate_m_per_s, state, mode),
         };
         let press_n = would_press.force_n + self.assembly.across_ns_per_m * instant.over_m_per_s;
-        // Air and bristles let a massless piece back more slowly than the robot leaves it, and a dashpot across lets go of a pressed pad;
+        // Air, oil and bristles let a massless piece back more slowly than the robot leaves it, and a dashpot across lets go of a pressed pad;
         // until that turns there is nothing to touch.
         let slowed = self.assembly.guide.air_ns2_per_m2 > 0.0
             || self.assembly.across_ns_per_m > 0.0
+            || self.assembly.spring.damping_ns_per_m > 0.0
             || mode.guiding == Guiding::Bending;
         let leaving_m = if slowed && self.form != PieceForm::Massive {
             -instant.over_m_per_s / self.pulsation_per_s()
