@@ -163,6 +163,49 @@ fn a_gain_that_re_tuning_imitates_keeps_its_twin() {
 }
 
 /// By BIC what is rubbing and more never comes before rubbing.
+/// A blow beside the axis reads otherwise in every pose: one gain, of a strength of its own in each.
+#[test]
+fn a_gain_may_be_another_in_each_pose() {
+    let folder = TempDir::new().unwrap();
+    let rig = "format = \"thud-model/1\"\nname = \"three gains\"\n[rig]\nkind = \"impact\"\n\
+               body_stiffness_N_per_m = { value = 25000.0, sd = 500.0 }\n";
+    let gains = [("1", 0.06), ("2", -0.05), ("3", 0.12)];
+    let table = |(configuration, gain): (&str, f64)| {
+        format!(
+            "[[mechanism]]\nid = \"gain-error\"\nconfiguration = \"{configuration}\"\n\
+             [mechanism.parameters]\nrelative = {{ value = {gain} }}\n"
+        )
+    };
+    let model: String = gains.map(table).concat();
+    std::fs::write(folder.path().join("gains.toml"), format!("{rig}{model}")).unwrap();
+    let simulated = |model: &str, seed: &str, name: &str| {
+        let mut arguments = vec!["simulate", "--model", model, "--speeds", "0.1,0.2,0.3", "--masses", "4,6,8"];
+        arguments.extend(["--speed-error", "0.01", "--mass-error", "0.01", "--sample-rate", "2000", "--after", "0.2"]);
+        arguments.extend(["--repeats", "1", "--seed", seed, "--out", name]);
+        succeeds(&folder, &arguments);
+    };
+    simulated("gains.toml", "5", "gains-1");
+    let few = ["--only", "gain-error", "--only", "speed-error", "--only", "pose-dependent-mass"];
+    let arguments = [&["diagnose", "gains-1", "--json", "-", "--model", "found.toml"], &few[..]].concat();
+    let answer: Value = serde_json::from_str(&succeeds(&folder, &arguments)).unwrap();
+    let named = answer["mechanisms"].as_array().unwrap();
+    assert_eq!(named.len(), 1, "{answer}");
+    // Force alone does not tell a gain from a speed.
+    let set: BTreeSet<&str> =
+        [&named[0]["id"], &named[0]["indistinguishable_from"][0]].map(|id| id.as_str().unwrap()).into();
+    assert_eq!(set, ["gain-error", "speed-error"].into(), "{answer}");
+    parameters_are(&named[0]["parameters"]);
+    for ((configuration, gain), parameter) in gains.iter().zip(named[0]["parameters"].as_array().unwrap()) {
+        assert_eq!(parameter["name"], format!("relative[{configuration}]"));
+        assert!(number(parameter, "low") < *gain && *gain < number(parameter, "high"), "{parameter}");
+    }
+
+    // The model has one for each pose, and holds.
+    simulated("found.toml", "9", "gains-2");
+    let text = succeeds(&folder, &["evaluate", "found.toml", "gains-2", "--json", "-"]);
+    assert_eq!(serde_json::from_str::<Value>(&text).unwrap()["verdict"], "holds", "{text}");
+}
+
 #[test]
 fn what_foretells_best_comes_first() {
     let folder = TempDir::new().unwrap();

@@ -2,10 +2,10 @@
 
 use nalgebra::DVector;
 use serde::Serialize;
-use thud_sim::mechanism::{Scale, Search};
+use thud_sim::mechanism::{Effect, Scale, Search};
 
 use super::held_out::{pooled, rmse};
-use super::layout::{Role, coordinate_of, value_of};
+use super::layout::{Scope, coordinate_of, value_of};
 use super::locate::locate;
 use super::predict;
 use super::retuned::{Retuned, retuned};
@@ -221,19 +221,46 @@ fn another_rig(diagnosis: &Diagnosis) -> Option<String> {
 /// any rig chooses among shapes that the recordings do not tell apart; an interval is to say that they do not.
 #[must_use]
 pub fn parameters(diagnosis: &Diagnosis, place: usize) -> Vec<Value> {
-    within(diagnosis, place, diagnosis.selection.told_deviations.as_ref(), EQUATIONS)
+    let (problem, fit) = (&diagnosis.problem, &diagnosis.selection.best.fit);
+    let told = |effect: &Effect, configuration| {
+        within(diagnosis, place, effect, configuration, diagnosis.selection.told_deviations.as_ref(), EQUATIONS)
+    };
+    if fit.layout.entrants[place].scope != Scope::EachConfiguration {
+        return told(&fit.layout.effect(problem, place, &fit.point), 0);
+    }
+    // One strength for each configuration, and then what they share.
+    let mut all: Vec<Vec<Value>> = problem
+        .configurations
+        .iter()
+        .enumerate()
+        .map(|(number, name)| {
+            let mut values = told(&fit.layout.effect_in(problem, place, &fit.point, number), number);
+            values[0].name = format!("{}[{name}]", values[0].name);
+            values
+        })
+        .collect();
+    let shared = all.first_mut().map(|values| values.split_off(1)).unwrap_or_default();
+    let strengths = all.into_iter().filter_map(|values| values.into_iter().next());
+    strengths.chain(shared).collect()
 }
 
-/// The same with what noise alone leaves open: for recordings of the same rig, for which the equations are wrong in the same way.
+/// The same in one configuration, with what noise alone leaves open: for recordings of the same rig, for which the equations are wrong in the
+/// same way.
 #[must_use]
-pub fn parameters_by_noise(diagnosis: &Diagnosis, place: usize) -> Vec<Value> {
-    within(diagnosis, place, diagnosis.selection.deviations.as_ref(), 0.0)
+pub fn parameters_by_noise(diagnosis: &Diagnosis, place: usize, effect: &Effect, configuration: usize) -> Vec<Value> {
+    within(diagnosis, place, effect, configuration, diagnosis.selection.deviations.as_ref(), 0.0)
 }
 
-/// `equations`: relative deviation from what the equations lack.
-fn within(diagnosis: &Diagnosis, place: usize, deviations: Option<&DVector<f64>>, equations: f64) -> Vec<Value> {
+/// In one configuration; `equations`: relative deviation from what the equations lack.
+fn within(
+    diagnosis: &Diagnosis,
+    place: usize,
+    effect: &Effect,
+    configuration: usize,
+    deviations: Option<&DVector<f64>>,
+    equations: f64,
+) -> Vec<Value> {
     let fit = &diagnosis.selection.best.fit;
-    let effect = fit.layout.effect(&diagnosis.problem, place, &fit.point);
     effect
         .mechanism()
         .parameters
@@ -241,7 +268,7 @@ fn within(diagnosis: &Diagnosis, place: usize, deviations: Option<&DVector<f64>>
         .enumerate()
         .map(|(number, parameter)| {
             let value = effect.value(number);
-            let role = Role::Mechanism { entrant: place, place: number };
+            let role = fit.layout.role_in(place, number, configuration);
             let global = fit.layout.globals.iter().position(|coordinate| coordinate.role == role);
             let interval = global.zip(deviations).map(|(global, deviations)| {
                 let here = coordinate_of(parameter, value);

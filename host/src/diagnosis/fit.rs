@@ -206,7 +206,7 @@ impl Fit {
 
     /// How many shapes of mechanisms hardly move anything: less than the width of what is likely of them does.
     fn silent_in(&self, tangent: &Tangent) -> usize {
-        let of_mechanism = |place: &usize| matches!(self.layout.globals[*place].role, Role::Mechanism { .. });
+        let of_mechanism = |place: &usize| self.layout.globals[*place].role.entrant().is_some();
         let moves = |place: usize| -> f64 {
             tangent.recordings.iter().map(|recording| recording.global.column(place).norm_squared()).sum()
         };
@@ -315,9 +315,8 @@ impl Fit {
 
     /// Of some global coordinates.
     fn strain_of(&self, of: impl Fn(Role) -> bool) -> f64 {
-        let believed = |coordinate: &&super::layout::Coordinate| {
-            !matches!(coordinate.role, Role::Mechanism { .. }) && of(coordinate.role)
-        };
+        let believed =
+            |coordinate: &&super::layout::Coordinate| coordinate.role.entrant().is_none() && of(coordinate.role);
         let deviations = |(coordinate, value): (&super::layout::Coordinate, &f64)| {
             coordinate.prior.filter(|_| believed(&coordinate)).map_or(0.0, |(mean, sd)| ((value - mean) / sd).abs())
         };
@@ -401,6 +400,7 @@ impl Fit {
             let touched = match coordinate.role {
                 Role::Mass(number) => number == configuration,
                 Role::Mechanism { entrant, .. } => layout.entrants[entrant].scope.includes(recording, configuration),
+                Role::Strength { configuration: number, .. } => number == configuration,
                 _ => true,
             };
             let is_spring = matches!(coordinate.role, Role::Body | Role::Pad);
@@ -422,7 +422,7 @@ impl Fit {
             // Stiffnesses in series and a mass nearly imitate each other: the bend of a one-sided difference would tell them apart.
             // A strength moves jumps, of which one side sees only those that come too soon.
             if effort.central
-                && (place < layout.of_rig || matches!(coordinate.role, Role::Mechanism { place: 0, .. }))
+                && (place < layout.of_rig || coordinate.role.place() == Some(0))
                 && let Some(other) = quotient(-coordinate.step)
             {
                 column.iter_mut().zip(&other).for_each(|(a, b)| *a = 0.5 * (*a + b));

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 
 use super::Diagnosis;
 use super::answer::parameters_by_noise;
-use super::layout::{Role, Scope};
+use super::layout::Scope;
 use super::retuned::retuned;
 use crate::campaign::Estimate;
 use crate::model::{Interval, Model, ModelMechanism};
@@ -32,14 +32,25 @@ pub fn found_model(diagnosis: &Diagnosis, name: &str) -> Model {
         .entrants
         .iter()
         .enumerate()
-        .map(|(place, entrant)| {
-            let effect = fit.layout.effect(problem, place, &fit.point);
-            let intervals = parameters_by_noise(diagnosis, place)
+        .flat_map(|(place, entrant)| {
+            let configurations = match entrant.scope {
+                Scope::EachConfiguration => (0..problem.configurations.len()).map(Some).collect(),
+                _ => vec![None],
+            };
+            configurations.into_iter().map(move |configuration| (place, entrant, configuration))
+        })
+        .map(|(place, entrant, configuration)| {
+            let effect = match configuration {
+                Some(configuration) => fit.layout.effect_in(problem, place, &fit.point, configuration),
+                None => fit.layout.effect(problem, place, &fit.point),
+            };
+            let number_of_it = configuration.unwrap_or(0);
+            let intervals = parameters_by_noise(diagnosis, place, &effect, number_of_it)
                 .iter()
                 .zip(effect.mechanism().parameters)
                 .enumerate()
                 .map(|(number, (value, parameter))| {
-                    let role = Role::Mechanism { entrant: place, place: number };
+                    let role = fit.layout.role_in(place, number, number_of_it);
                     let estimated = fit.layout.globals.iter().any(|coordinate| coordinate.role == role);
                     let (low, high) = (value.low.max(parameter.range.0), value.high.min(parameter.range.1));
                     let holds = low <= effect.value(number) && effect.value(number) <= high;
@@ -48,6 +59,7 @@ pub fn found_model(diagnosis: &Diagnosis, name: &str) -> Model {
                 .collect();
             let only_in = match entrant.scope {
                 Scope::Everywhere => None,
+                Scope::EachConfiguration => configuration.map(|number| problem.configurations[number].clone()),
                 Scope::Configuration(number) => Some(problem.configurations[number].clone()),
                 // A model has no recordings; its configuration is the nearest it can say.
                 Scope::Recordings(some) => {

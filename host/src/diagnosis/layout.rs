@@ -72,6 +72,8 @@ impl Entrant {
 pub enum Scope {
     /// In every recording.
     Everywhere,
+    /// In every recording, in each configuration with a strength of its own.
+    EachConfiguration,
     /// In the recordings of one configuration.
     Configuration(usize),
     /// In these recordings.
@@ -94,7 +96,7 @@ impl Scope {
     #[must_use]
     pub fn includes(self, recording: usize, configuration: usize) -> bool {
         match self {
-            Self::Everywhere => true,
+            Self::Everywhere | Self::EachConfiguration => true,
             Self::Configuration(number) => number == configuration,
             Self::Recordings(some) => some.includes(recording),
         }
@@ -127,6 +129,43 @@ pub enum Role {
         /// Which of its parameters.
         place: usize,
     },
+    /// The strength of a mechanism in a configuration, where each has its own.
+    Strength {
+        /// Which entrant.
+        entrant: usize,
+        /// In which configuration.
+        configuration: usize,
+    },
+}
+
+impl Role {
+    /// Of which entrant it is.
+    #[must_use]
+    pub fn entrant(self) -> Option<usize> {
+        match self {
+            Self::Mechanism { entrant, .. } | Self::Strength { entrant, .. } => Some(entrant),
+            _ => None,
+        }
+    }
+
+    /// Which of its parameters it is.
+    #[must_use]
+    pub fn place(self) -> Option<usize> {
+        match self {
+            Self::Mechanism { place, .. } => Some(place),
+            Self::Strength { .. } => Some(0),
+            _ => None,
+        }
+    }
+
+    /// The same of another entrant.
+    fn of_entrant(self, entrant: usize) -> Self {
+        match self {
+            Self::Mechanism { place, .. } => Self::Mechanism { entrant, place },
+            Self::Strength { configuration, .. } => Self::Strength { entrant, configuration },
+            role => role,
+        }
+    }
 }
 
 /// One free number.
@@ -276,6 +315,12 @@ impl Layout {
                     continue;
                 }
                 let coordinate = mechanism_coordinate(problem, entrant.effect.mechanism(), number, place);
+                if place == 0 && entrant.scope == Scope::EachConfiguration {
+                    let role = |configuration| Role::Strength { entrant: number, configuration };
+                    let configurations = 0..problem.configurations.len();
+                    globals.extend(configurations.map(|number| Coordinate { role: role(number), ..coordinate }));
+                    continue;
+                }
                 if parameter.is_of_each_impact() { locals.push(coordinate) } else { globals.push(coordinate) }
             }
         }
@@ -285,7 +330,7 @@ impl Layout {
     /// How many parameters its mechanisms have; one of each impact counts once.
     #[must_use]
     pub fn parameters(&self) -> usize {
-        let of_mechanism = |coordinate: &&Coordinate| matches!(coordinate.role, Role::Mechanism { .. });
+        let of_mechanism = |coordinate: &&Coordinate| coordinate.role.entrant().is_some();
         self.globals.iter().chain(&self.locals).filter(of_mechanism).count()
     }
 
@@ -309,12 +354,11 @@ impl Layout {
     #[must_use]
     pub fn start(&self, problem: &Problem) -> Point {
         let initial = |coordinate: &Coordinate| match coordinate.role {
-            Role::Mechanism { entrant, place } => {
+            Role::Converter => CONVERTER.0,
+            role => role.entrant().zip(role.place()).map_or(0.0, |(entrant, place)| {
                 let effect = &self.entrants[entrant].effect;
                 coordinate_of(&effect.mechanism().parameters[place], effect.value(place))
-            }
-            Role::Converter => CONVERTER.0,
-            _ => 0.0,
+            }),
         };
         Point {
             globals: self.globals.iter().map(initial).collect(),
@@ -342,16 +386,13 @@ impl Layout {
     #[must_use]
     pub fn start_from(&self, problem: &Problem, other: &Self, found: &Point) -> Point {
         let same = |role: Role, theirs: &[Coordinate]| {
-            let known = |role: Role| match role {
-                Role::Mechanism { entrant, place } => {
+            let known = |role: Role| match role.entrant() {
+                Some(entrant) => {
                     let mine = &self.entrants[entrant];
-                    other
-                        .entrants
-                        .iter()
-                        .position(|them| them.is_same_as(mine))
-                        .map(|entrant| Role::Mechanism { entrant, place })
+                    let theirs = other.entrants.iter().position(|them| them.is_same_as(mine));
+                    theirs.map(|entrant| role.of_entrant(entrant))
                 }
-                role => Some(role),
+                None => Some(role),
             };
             known(role).and_then(|role| theirs.iter().position(|coordinate| coordinate.role == role))
         };
@@ -438,7 +479,25 @@ impl Layout {
     pub fn effect(&self, problem: &Problem, entrant: usize, point: &Point) -> Effect {
         let scope = self.entrants[entrant].scope;
         let acts = |number: &usize| scope.includes(*number, problem.recordings[*number].configuration);
-        self.effect_at(entrant, point, (0..problem.recordings.len()).find(acts).unwrap_or(0))
+        self.effect_at(problem, entrant, point, (0..problem.recordings.len()).find(acts).unwrap_or(0))
+    }
+
+    /// The same in the first recording of a configuration.
+    #[must_use]
+    pub fn effect_in(&self, problem: &Problem, entrant: usize, point: &Point, configuration: usize) -> Effect {
+        let mut recordings = problem.recordings.iter();
+        let first = recordings.position(|recording| recording.configuration == configuration);
+        self.effect_at(problem, entrant, point, first.unwrap_or(0))
+    }
+
+    /// The coordinate of a mechanism's parameter in a configuration.
+    #[must_use]
+    pub fn role_in(&self, entrant: usize, place: usize, configuration: usize) -> Role {
+        if place == 0 && self.entrants[entrant].scope == Scope::EachConfiguration {
+            Role::Strength { entrant, configuration }
+        } else {
+            Role::Mechanism { entrant, place }
+        }
     }
 
     /// Whether a coordinate leaves the motion as it is: the measuring chain alone sees it.
@@ -446,20 +505,23 @@ impl Layout {
     pub fn is_seen_only(&self, role: Role) -> bool {
         match role {
             Role::Converter => true,
-            Role::Mechanism { entrant, .. } => self.entrants[entrant].effect.mechanism().is_seen_only(),
-            _ => false,
+            role => role.entrant().is_some_and(|entrant| self.entrants[entrant].effect.mechanism().is_seen_only()),
         }
     }
 
     /// A mechanism's values at a point, in one recording.
     #[must_use]
-    pub fn effect_at(&self, entrant: usize, point: &Point, recording: usize) -> Effect {
+    pub fn effect_at(&self, problem: &Problem, entrant: usize, point: &Point, recording: usize) -> Effect {
+        let here = problem.recordings[recording].configuration;
         let mut effect = self.entrants[entrant].effect.clone();
         let parameters = effect.mechanism().parameters;
         let mut set = |coordinates: &[Coordinate], values: &[f64]| {
             for (coordinate, value) in coordinates.iter().zip(values) {
-                if let Role::Mechanism { entrant: of, place } = coordinate.role
-                    && of == entrant
+                let is_elsewhere =
+                    matches!(coordinate.role, Role::Strength { configuration, .. } if configuration != here);
+                if coordinate.role.entrant() == Some(entrant)
+                    && !is_elsewhere
+                    && let Some(place) = coordinate.role.place()
                 {
                     // Within range by construction.
                     let _ = effect.set_value(place, value_of(&parameters[place], *value));

@@ -74,7 +74,7 @@ fn assembled(problem: &Problem, layout: &Layout, point: &Point, recording: usize
     rig.pad_stiffness_n_per_m = rig.pad_stiffness_n_per_m.map(|pad| pad * pad_ratio);
     let effects: Vec<Effect> = (0..layout.entrants.len())
         .filter(|entrant| layout.entrants[*entrant].scope.includes(recording, prepared.configuration))
-        .map(|entrant| layout.effect_at(entrant, point, recording))
+        .map(|entrant| layout.effect_at(problem, entrant, point, recording))
         .collect();
     let approach = Approach {
         speed_m_per_s: speed,

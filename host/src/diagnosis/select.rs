@@ -131,8 +131,7 @@ pub fn penalty(problem: &Problem, fit: &Fit) -> f64 {
     let layout = &fit.layout;
     let rows = problem.rows() as f64;
     let recordings = problem.recordings.len() as f64;
-    let of_mechanism = |role: Role| matches!(role, Role::Mechanism { .. });
-    let globals = layout.globals.iter().filter(|coordinate| of_mechanism(coordinate.role)).count();
+    let globals = layout.globals.iter().filter(|coordinate| coordinate.role.entrant().is_some()).count();
     let telling = (globals - fit.silent) as f64;
     let acts_in = |entrant: usize| {
         let scope = layout.entrants[entrant].scope;
@@ -154,7 +153,7 @@ pub fn penalty(problem: &Problem, fit: &Fit) -> f64 {
 fn choices(problem: &Problem, layout: &Layout) -> f64 {
     let recordings = problem.recordings.len() as u64;
     let of_scope = |scope| match scope {
-        Scope::Everywhere => 0.0,
+        Scope::Everywhere | Scope::EachConfiguration => 0.0,
         Scope::Configuration(_) => 2.0 * (recordings as f64).ln(),
         Scope::Recordings(some) => {
             2.0 * ((recordings as f64).ln() + ln_binomial(recordings, (some.len() as u64).min(recordings)))
@@ -454,7 +453,7 @@ impl Selecting<'_> {
                 here = self.retuned.clone();
                 continue;
             }
-            let larger = self.needed(larger)?;
+            let larger = self.differing(self.needed(larger)?)?;
             if larger.mechanisms() <= number {
                 self.rivals.clear();
                 return Some(larger);
@@ -465,7 +464,10 @@ impl Selecting<'_> {
             }
             let next = added(&next.fit).clone();
             let others = trials.into_iter().filter(|trial| !added(&trial.fit).is_same_as(&next));
-            self.rivals.extend(others.map(|trial| (number, trial)));
+            let differs = added(&larger.trial.fit).scope == Scope::EachConfiguration;
+            let others = others.map(|trial| if differs { self.differently(trial) } else { trial });
+            let others: Vec<(usize, Trial)> = others.map(|trial| (number, trial)).collect();
+            self.rivals.extend(others);
             here = larger;
         }
         Some(here)
@@ -526,6 +528,32 @@ impl Selecting<'_> {
     fn scores(&self, fit: &Fit, tangent: &Tangent, other: &Fit) -> Vec<Screened> {
         let reach = Reach::of(self.problem, (self.lines_hz)(fit));
         screen(self.problem, fit, tangent, &reach, &remaining(self.mechanisms, other))
+    }
+
+    /// A model whose last mechanism may be of another strength in each configuration, if it is better by as much as a further mechanism has to
+    /// be.
+    fn differing(&self, here: Standing) -> Option<Standing> {
+        let trial = self.differently(here.trial.clone());
+        let enough = if here.asks() { ENOUGH } else { UNASKED } + FURTHER * self.gained(&here.trial);
+        if here.trial.bic - trial.bic < enough { Some(here) } else { Standing::of(self.problem, trial, self.part) }
+    }
+
+    /// The same with that, if it is any better.
+    fn differently(&self, trial: Trial) -> Trial {
+        let layout = &trial.fit.layout;
+        let mut entrants = layout.entrants.clone();
+        let may_differ = |entrant: &&mut Entrant| {
+            let is_of_recordings = matches!(entrant.scope, Scope::Recordings(_) | Scope::EachConfiguration);
+            entrant.effect.mechanism().by_configuration && !is_of_recordings && self.problem.configurations.len() > 1
+        };
+        let Some(last) = entrants.last_mut().filter(may_differ) else { return trial };
+        let effect = layout.effect(self.problem, layout.entrants.len() - 1, &trial.fit.point);
+        *last = Entrant { effect, scope: Scope::EachConfiguration, own: last.own.clone() };
+        let freed = Layout::new(self.problem, entrants);
+        let start = freed.start_from(self.problem, layout, &trial.fit.point);
+        let fit = Fit::run(self.problem, freed, start, self.part, Effort::FULL);
+        let better = fit.map(|fit| Trial::new(self.problem, fit)).filter(|freed| freed.bic < trial.bic);
+        better.unwrap_or(trial)
     }
 
     /// The model with only those of its mechanisms that are needed beside the others.
