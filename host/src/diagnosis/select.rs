@@ -15,7 +15,7 @@
 use nalgebra::DVector;
 use statrs::distribution::{ChiSquared, ContinuousCDF as _};
 use statrs::function::factorial::ln_binomial;
-use thud_sim::mechanism::{Mechanism, Parameter};
+use thud_sim::mechanism::{Effect, Mechanism, Parameter};
 
 use super::candidate::Reach;
 use super::coincidence::is_coincidence;
@@ -249,6 +249,7 @@ pub fn select(
     let here = selecting.settled(selecting.retuned.clone(), progress)?;
     let here = selecting.revised(here, progress)?;
     let here = selecting.steadied(here, progress)?;
+    selecting.meet_kin(&here);
     let here = selecting.foretelling(here)?;
     Some(selecting.selection(here))
 }
@@ -455,7 +456,9 @@ impl Selecting<'_> {
             }
             let larger = self.differing(self.needed(larger)?)?;
             if larger.mechanisms() <= number {
+                // What has taken the others' place has had no rivals.
                 self.rivals.clear();
+                (0..larger.mechanisms()).for_each(|place| self.find_rivals(&larger, place));
                 return Some(larger);
             }
             // Three that still leave a rest are no explanation: with enough of them anything bends to anything.
@@ -524,6 +527,26 @@ impl Selecting<'_> {
         self.rivals.extend(rivals.into_iter().map(|trial| (place, trial)));
     }
 
+    /// What a mechanism of the model is a kind of, or what is a kind of it, begins where that one has come to: it can hardly be worse.
+    fn meet_kin(&mut self, here: &Standing) {
+        let layout = &here.trial.fit.layout;
+        for (place, entrant) in here.entrants().iter().enumerate() {
+            let Some(fewer) = here.fewer[place].as_ref().map(|fewer| &fewer.fit.layout) else { continue };
+            let effect = layout.effect(self.problem, place, &here.trial.fit.point);
+            for other in remaining(self.mechanisms, &here.trial.fit) {
+                let differs = entrant.scope == Scope::EachConfiguration;
+                if !is_kin(effect.mechanism(), other) || (differs && !other.by_configuration) {
+                    continue;
+                }
+                let begun = Entrant { effect: with_values_of(other, &effect), ..entrant.clone() };
+                let layout = fewer.with(self.problem, begun);
+                let start = layout.start_from(self.problem, &here.trial.fit.layout, &here.trial.fit.point);
+                let fit = Fit::run(self.problem, layout, start, self.part, Effort::FULL);
+                self.rivals.extend(fit.map(|fit| (place, Trial::new(self.problem, fit))));
+            }
+        }
+    }
+
     /// Scores beside a fit, of all mechanisms that another one has not.
     fn scores(&self, fit: &Fit, tangent: &Tangent, other: &Fit) -> Vec<Screened> {
         let reach = Reach::of(self.problem, (self.lines_hz)(fit));
@@ -583,6 +606,26 @@ pub fn is_loose(mechanism: &Mechanism) -> bool {
     mechanism.parameters.iter().any(Parameter::is_of_each_impact)
 }
 
+/// Whether of two mechanisms at one site one has all parameters of the other, and more: it is more general.
+fn is_kin(one: &Mechanism, other: &Mechanism) -> bool {
+    let has_all = |these: &Mechanism, those: &Mechanism| {
+        those.parameters.iter().all(|that| these.parameters.iter().any(|this| this.name == that.name))
+    };
+    one.site == other.site && (has_all(one, other) || has_all(other, one))
+}
+
+/// A mechanism with what another one has in common with it, and else as it typically is.
+fn with_values_of(mechanism: &'static Mechanism, other: &Effect) -> Effect {
+    let mut effect = mechanism.typical();
+    for (place, parameter) in mechanism.parameters.iter().enumerate() {
+        if let Ok(value) = other.get(parameter.name) {
+            // Outside of its own range it stays typical.
+            let _ = effect.set_value(place, value);
+        }
+    }
+    effect
+}
+
 fn remaining(mechanisms: &[&'static Mechanism], fit: &Fit) -> Vec<&'static Mechanism> {
     let taken =
         |mechanism: &Mechanism| fit.layout.entrants.iter().any(|entrant| entrant.effect.mechanism().id == mechanism.id);
@@ -594,4 +637,24 @@ fn without(problem: &Problem, trial: &Trial, place: usize, part: Part<'_>) -> Op
     let layout = trial.fit.layout.without(problem, place);
     let start = layout.start_from(problem, &trial.fit.layout, &trial.fit.point);
     Fit::run(problem, layout, start, part, Effort::FULL).map(|fit| Trial::new(problem, fit))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sticking_is_a_kind_of_rubbing_and_begins_where_that_has_come_to() {
+        let [rubs, sticks, wrong_gain, wrong_speed] =
+            ["guide-friction", "stiction", "gain-error", "speed-error"].map(|id| Mechanism::find(id).unwrap());
+        assert!(is_kin(rubs, sticks) && is_kin(sticks, rubs));
+        assert!(!is_kin(wrong_gain, wrong_speed), "a gain is no kind of speed, though both are relative");
+        let rubbing =
+            Effect::new("guide-friction", &[("force_N", 0.7), ("guide", 1.0), ("presliding_m", 4e-6)]).unwrap();
+        let sticking = with_values_of(sticks, &rubbing);
+        for name in ["force_N", "guide", "presliding_m", "cell_share"] {
+            assert_eq!(sticking.get(name).unwrap(), rubbing.get(name).unwrap(), "{name}");
+        }
+        assert_eq!(sticking.get("static_ratio").unwrap(), sticks.typical().get("static_ratio").unwrap());
+    }
 }
