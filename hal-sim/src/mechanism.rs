@@ -109,8 +109,8 @@ pub struct Mechanism {
     /// Whether it is a property of the rig, which stays from one recording to the next; not what the robot does or what happens to the chain
     /// in one and not in another.
     pub lasting: bool,
-    /// Whether its strength may be another in each configuration: it is of the object that falls, of a pose or of the place that is hit.
-    pub by_configuration: bool,
+    /// Which of its parameters may be others in each configuration: they are of the object that falls, of a pose or of the place that is hit.
+    pub by_configuration: &'static [&'static str],
     /// Its equation, as text.
     pub equation: &'static str,
     /// Where the equation and the ranges come from.
@@ -204,12 +204,20 @@ impl Mechanism {
     /// In which recordings it is to be expected, for people.
     #[must_use]
     pub const fn occurrence(&self) -> &'static str {
-        if self.by_configuration {
-            "in any of the recordings, or in each configuration with a strength of its own"
-        } else if self.lasting {
+        if self.lasting {
             "in all recordings, from one on, in some poses, or from some strength on"
         } else {
             "in any of the recordings"
+        }
+    }
+
+    /// What a person is to know of one of its parameters beside the ranges; mostly nothing.
+    #[must_use]
+    pub fn remark(&self, parameter: &Parameter) -> &'static str {
+        if self.by_configuration.contains(&parameter.name) {
+            "may be another in each configuration"
+        } else {
+            parameter.search.remark()
         }
     }
 

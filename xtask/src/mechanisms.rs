@@ -67,7 +67,7 @@ fn section(text: &mut String, mechanism: &Mechanism) {
             range(parameter.plausible),
             range(parameter.range),
             parameter.null.map_or_else(String::new, |null| null.to_string()),
-            parameter.search.remark(),
+            mechanism.remark(parameter),
         );
     }
     let rivals: Vec<String> = mechanism.confused_with.iter().map(|id| format!("[`{id}`](#{id})")).collect();

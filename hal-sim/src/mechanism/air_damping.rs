@@ -17,7 +17,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Contact,
     site: Site::Guide,
     lasting: true,
-    by_configuration: false,
+    by_configuration: &[],
     equation: "F = c·v·|v|, v the rate of the stroke of the body springs",
     source: "orifice loss of the air in the housing; 1 N at 0.25 m/s",
     parameters: &[

@@ -12,7 +12,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Measuring,
     site: Site::Chain,
     lasting: false,
-    by_configuration: false,
+    by_configuration: &[],
     equation: "y = F + r·(t − t_0), t_0 the first sample",
     source: "leakage of a charge amplifier, about 14 mN/s",
     parameters: &[Parameter {

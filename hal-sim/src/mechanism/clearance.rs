@@ -15,7 +15,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Contact,
     site: Site::Spring,
     lasting: true,
-    by_configuration: false,
+    by_configuration: &[],
     equation: "F = (1 − share)·k·x + share·k·max(x − g, 0), x the stroke of the body springs",
     source: "springs in parallel with unequal play; 0.05 to 0.5 mm",
     parameters: &[

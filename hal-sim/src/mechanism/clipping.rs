@@ -13,7 +13,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Measuring,
     site: Site::Chain,
     lasting: true,
-    by_configuration: false,
+    by_configuration: &[],
     equation: "|y| = |F| − κ·L·ln(1 + exp((|F| − L)/(κ·L))), which for a small κ is min(|F|, L)",
     source: "rails of amplifier and converter; a range that was set too small",
     parameters: &[

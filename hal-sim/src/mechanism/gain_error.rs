@@ -12,7 +12,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Measuring,
     site: Site::Chain,
     lasting: false,
-    by_configuration: true,
+    by_configuration: &["relative"],
     equation: "y = F·(1 + ε)",
     source: "calibration, and cross-sensitivity to loads beside the axis; 1 to 5 %",
     parameters: &[Parameter {

@@ -16,7 +16,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Contact,
     site: Site::Pad,
     lasting: true,
-    by_configuration: false,
+    by_configuration: &[],
     equation: "F = k·δ/(1 − δ/lock)^(growth·lock)",
     source: "locking law; δ_l 0.4 to 0.7 of a pad of 7 to 21 mm",
     parameters: &[

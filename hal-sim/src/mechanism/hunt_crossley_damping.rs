@@ -14,7 +14,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Contact,
     site: Site::Pad,
     lasting: true,
-    by_configuration: false,
+    by_configuration: &[],
     equation: "F = F_el(δ)·(1 + 1.5·α·dδ/dt); e ≈ 1/(1 + α·v0)",
     source: "Hunt and Crossley, J. Appl. Mech. 42 (1975) 440; range from αv0 = 0 to 0.3 at 0.05 to 0.6 m/s",
     parameters: &[Parameter {

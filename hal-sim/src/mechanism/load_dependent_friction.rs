@@ -15,7 +15,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Guide,
     site: Site::Guide,
     lasting: true,
-    by_configuration: false,
+    by_configuration: &[],
     equation: "F_f = coefficient·P·sgn(dx_p/dt) while sliding; coefficient = 2·μ·e/L",
     source: "moment of an off-axis impact; μ 0.1 to 0.4, e/L up to 0.4",
     parameters: &[

@@ -16,7 +16,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Measuring,
     site: Site::Chain,
     lasting: false,
-    by_configuration: false,
+    by_configuration: &[],
     equation: "y(t) = F(t) for t < t_j, F(t + T) for t ≥ t_j; where the gap is filled F(t_j) for t_j ≤ t < t_j + T only",
     source: "dropped blocks of a streaming logger, whose time is a count of samples or which repeats the last one",
     parameters: &[

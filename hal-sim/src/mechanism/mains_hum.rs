@@ -15,7 +15,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Measuring,
     site: Site::Chain,
     lasting: false,
-    by_configuration: false,
+    by_configuration: &[],
     equation: "y = F + A·sin(2πf·t + φ_0 + 2.4·n), n the number of the impact",
     source: "ground loops and stray fields; 50 or 60 Hz ± 0.2 Hz",
     parameters: &[

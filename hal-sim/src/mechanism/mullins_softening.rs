@@ -14,7 +14,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Contact,
     site: Site::Pad,
     lasting: true,
-    by_configuration: false,
+    by_configuration: &[],
     equation: "k(n) = k_∞·(1 + excess·exp(−n/N_0)), n the place of the impact in the campaign, from 0",
     source: "Mullins, Rubber Chem. Technol. 42 (1969) 339; 5 to 25 %, N_0 2 to 5",
     parameters: &[

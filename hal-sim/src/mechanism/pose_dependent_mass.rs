@@ -15,7 +15,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Robot,
     site: Site::InitialCondition,
     lasting: false,
-    by_configuration: false,
+    by_configuration: &[],
     equation: "m = m_said·(1 + ε) in the configuration with this number, m_said in the others",
     source: "spread of public models of one arm; held or free orientation",
     parameters: &[

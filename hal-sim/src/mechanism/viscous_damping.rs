@@ -17,7 +17,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Contact,
     site: Site::Pad,
     lasting: true,
-    by_configuration: false,
+    by_configuration: &[],
     equation: "F = F_el(δ) + c·dδ/dt",
     source: "Kelvin–Voigt; 5 to 100 N·s/m",
     parameters: &[

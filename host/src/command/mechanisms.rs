@@ -28,7 +28,7 @@ struct Shown {
     equation: &'static str,
     parameters: Vec<ShownParameter>,
     lasting: bool,
-    by_configuration: bool,
+    by_configuration: &'static [&'static str],
     signature: &'static str,
     confused_with: &'static [&'static str],
     separated_by: &'static str,
@@ -144,7 +144,7 @@ fn screen(mechanism: &'static Mechanism) -> String {
             range(parameter.plausible),
             range(parameter.range),
             parameter.null.map_or_else(String::new, |null| null.to_string()),
-            parameter.search.remark().to_owned(),
+            mechanism.remark(parameter).to_owned(),
         ]);
     }
     let _ = writeln!(text, "{table}");

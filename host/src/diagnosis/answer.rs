@@ -228,20 +228,21 @@ pub fn parameters(diagnosis: &Diagnosis, place: usize) -> Vec<Value> {
     if fit.layout.entrants[place].scope != Scope::EachConfiguration {
         return told(&fit.layout.effect(problem, place, &fit.point), 0);
     }
-    // One strength for each configuration, and then what they share.
-    let mut all: Vec<Vec<Value>> = problem
-        .configurations
-        .iter()
-        .enumerate()
-        .map(|(number, name)| {
-            let mut values = told(&fit.layout.effect_in(problem, place, &fit.point, number), number);
-            values[0].name = format!("{}[{name}]", values[0].name);
-            values
-        })
+    let in_each: Vec<Vec<Value>> = (0..problem.configurations.len())
+        .map(|number| told(&fit.layout.effect_in(problem, place, &fit.point, number), number))
         .collect();
-    let shared = all.first_mut().map(|values| values.split_off(1)).unwrap_or_default();
-    let strengths = all.into_iter().filter_map(|values| values.into_iter().next());
-    strengths.chain(shared).collect()
+    let entrant = &fit.layout.entrants[place];
+    let of_parameter = |number: usize| -> Vec<Value> {
+        if !entrant.is_by_configuration(number) {
+            return in_each.first().map(|values| values[number].clone()).into_iter().collect();
+        }
+        let named = |(values, name): (&Vec<Value>, &String)| {
+            let value = values[number].clone();
+            Value { name: format!("{}[{name}]", value.name), ..value }
+        };
+        in_each.iter().zip(&problem.configurations).map(named).collect()
+    };
+    (0..entrant.effect.mechanism().parameters.len()).flat_map(of_parameter).collect()
 }
 
 /// The same in one configuration, with what noise alone leaves open: for recordings of the same rig, for which the equations are wrong in the

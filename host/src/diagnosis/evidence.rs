@@ -152,7 +152,7 @@ fn limit(screened: &Screened) -> Option<Limit> {
 pub fn scope_words(diagnosis: &Diagnosis, scope: Scope) -> String {
     match scope {
         Scope::Everywhere => String::new(),
-        Scope::EachConfiguration => "in each configuration with a strength of its own".to_owned(),
+        Scope::EachConfiguration => "in each configuration as it is there".to_owned(),
         Scope::Configuration(number) => {
             let name = diagnosis.problem.configurations.get(number).map_or("?", String::as_str);
             format!("in configuration {name} only")

@@ -400,7 +400,7 @@ impl Fit {
             let touched = match coordinate.role {
                 Role::Mass(number) => number == configuration,
                 Role::Mechanism { entrant, .. } => layout.entrants[entrant].scope.includes(recording, configuration),
-                Role::Strength { configuration: number, .. } => number == configuration,
+                Role::InConfiguration { configuration: number, .. } => number == configuration,
                 _ => true,
             };
             let is_spring = matches!(coordinate.role, Role::Body | Role::Pad);

@@ -51,6 +51,13 @@ impl Entrant {
         Self { effect, scope: Scope::Everywhere, own: Vec::new() }
     }
 
+    /// Whether each configuration has a value of its own for this parameter.
+    #[must_use]
+    pub fn is_by_configuration(&self, place: usize) -> bool {
+        let mechanism = self.effect.mechanism();
+        self.scope == Scope::EachConfiguration && mechanism.by_configuration.contains(&mechanism.parameters[place].name)
+    }
+
     /// Whether both have the same form of their mechanism, if it has several.
     #[must_use]
     pub fn has_form_of(&self, other: &Self) -> bool {
@@ -72,7 +79,7 @@ impl Entrant {
 pub enum Scope {
     /// In every recording.
     Everywhere,
-    /// In every recording, in each configuration with a strength of its own.
+    /// In every recording, in each configuration as it is there.
     EachConfiguration,
     /// In the recordings of one configuration.
     Configuration(usize),
@@ -129,10 +136,12 @@ pub enum Role {
         /// Which of its parameters.
         place: usize,
     },
-    /// The strength of a mechanism in a configuration, where each has its own.
-    Strength {
+    /// A parameter of a mechanism in a configuration, where each has its own.
+    InConfiguration {
         /// Which entrant.
         entrant: usize,
+        /// Which of its parameters.
+        place: usize,
         /// In which configuration.
         configuration: usize,
     },
@@ -143,7 +152,7 @@ impl Role {
     #[must_use]
     pub fn entrant(self) -> Option<usize> {
         match self {
-            Self::Mechanism { entrant, .. } | Self::Strength { entrant, .. } => Some(entrant),
+            Self::Mechanism { entrant, .. } | Self::InConfiguration { entrant, .. } => Some(entrant),
             _ => None,
         }
     }
@@ -152,8 +161,7 @@ impl Role {
     #[must_use]
     pub fn place(self) -> Option<usize> {
         match self {
-            Self::Mechanism { place, .. } => Some(place),
-            Self::Strength { .. } => Some(0),
+            Self::Mechanism { place, .. } | Self::InConfiguration { place, .. } => Some(place),
             _ => None,
         }
     }
@@ -162,7 +170,9 @@ impl Role {
     fn of_entrant(self, entrant: usize) -> Self {
         match self {
             Self::Mechanism { place, .. } => Self::Mechanism { entrant, place },
-            Self::Strength { configuration, .. } => Self::Strength { entrant, configuration },
+            Self::InConfiguration { place, configuration, .. } => {
+                Self::InConfiguration { entrant, place, configuration }
+            }
             role => role,
         }
     }
@@ -315,8 +325,8 @@ impl Layout {
                     continue;
                 }
                 let coordinate = mechanism_coordinate(problem, entrant.effect.mechanism(), number, place);
-                if place == 0 && entrant.scope == Scope::EachConfiguration {
-                    let role = |configuration| Role::Strength { entrant: number, configuration };
+                if entrant.is_by_configuration(place) {
+                    let role = |configuration| Role::InConfiguration { entrant: number, place, configuration };
                     let configurations = 0..problem.configurations.len();
                     globals.extend(configurations.map(|number| Coordinate { role: role(number), ..coordinate }));
                     continue;
@@ -493,8 +503,8 @@ impl Layout {
     /// The coordinate of a mechanism's parameter in a configuration.
     #[must_use]
     pub fn role_in(&self, entrant: usize, place: usize, configuration: usize) -> Role {
-        if place == 0 && self.entrants[entrant].scope == Scope::EachConfiguration {
-            Role::Strength { entrant, configuration }
+        if self.entrants[entrant].is_by_configuration(place) {
+            Role::InConfiguration { entrant, place, configuration }
         } else {
             Role::Mechanism { entrant, place }
         }
@@ -518,7 +528,7 @@ impl Layout {
         let mut set = |coordinates: &[Coordinate], values: &[f64]| {
             for (coordinate, value) in coordinates.iter().zip(values) {
                 let is_elsewhere =
-                    matches!(coordinate.role, Role::Strength { configuration, .. } if configuration != here);
+                    matches!(coordinate.role, Role::InConfiguration { configuration, .. } if configuration != here);
                 if coordinate.role.entrant() == Some(entrant)
                     && !is_elsewhere
                     && let Some(place) = coordinate.role.place()

@@ -535,7 +535,7 @@ impl Selecting<'_> {
             let effect = layout.effect(self.problem, place, &here.trial.fit.point);
             for other in remaining(self.mechanisms, &here.trial.fit) {
                 let differs = entrant.scope == Scope::EachConfiguration;
-                if !is_kin(effect.mechanism(), other) || (differs && !other.by_configuration) {
+                if !is_kin(effect.mechanism(), other) || (differs && other.by_configuration.is_empty()) {
                     continue;
                 }
                 let begun = Entrant { effect: with_values_of(other, &effect), ..entrant.clone() };
@@ -553,7 +553,7 @@ impl Selecting<'_> {
         screen(self.problem, fit, tangent, &reach, &remaining(self.mechanisms, other))
     }
 
-    /// A model whose last mechanism may be of another strength in each configuration, if it is better by as much as a further mechanism has to
+    /// A model whose last mechanism may be another in each configuration, if it is better by as much as a further mechanism has to
     /// be.
     fn differing(&self, here: Standing) -> Option<Standing> {
         let trial = self.differently(here.trial.clone());
@@ -567,7 +567,8 @@ impl Selecting<'_> {
         let mut entrants = layout.entrants.clone();
         let may_differ = |entrant: &&mut Entrant| {
             let is_of_recordings = matches!(entrant.scope, Scope::Recordings(_) | Scope::EachConfiguration);
-            entrant.effect.mechanism().by_configuration && !is_of_recordings && self.problem.configurations.len() > 1
+            let may_differ = !entrant.effect.mechanism().by_configuration.is_empty();
+            may_differ && !is_of_recordings && self.problem.configurations.len() > 1
         };
         let Some(last) = entrants.last_mut().filter(may_differ) else { return trial };
         let effect = layout.effect(self.problem, layout.entrants.len() - 1, &trial.fit.point);

@@ -10,7 +10,7 @@
 use thud_sim::mechanism::{Parameter, Scale};
 
 use super::fit::Fit;
-use super::layout::{Entrant, Role, coordinate_of, value_of};
+use super::layout::{Entrant, coordinate_of, value_of};
 use super::select::{Selection, Trial, WITHIN_REACH, is_loose};
 
 /// A rest is significant from here, in standard deviations of the omnibus test.
@@ -126,10 +126,8 @@ struct Shape {
 fn shapes(fit: &Fit, place: usize) -> impl Iterator<Item = Shape> {
     let parameters = fit.layout.entrants[place].effect.mechanism().parameters;
     fit.layout.globals.iter().zip(&fit.point.globals).enumerate().filter_map(move |(global, (coordinate, here))| {
-        let parameter = match coordinate.role {
-            Role::Mechanism { entrant, place: number } if entrant == place => &parameters[number],
-            _ => return None,
-        };
+        let number = coordinate.role.place().filter(|_| coordinate.role.entrant() == Some(place))?;
+        let parameter = &parameters[number];
         let (low, high) = parameter.plausible;
         let (from, to) = (coordinate_of(parameter, low), coordinate_of(parameter, high));
         let width = if parameter.scale == Scale::Logarithmic { 1.0 } else { to - from };
