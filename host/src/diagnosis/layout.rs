@@ -14,6 +14,7 @@ use thud_sim::mechanism::{Effect, Mechanism, Parameter, Scale, Search};
 use super::fit::Imitation;
 use super::problem::Problem;
 use super::subset::Subset;
+use crate::campaign::Rig;
 
 /// Uncertainties below this are no freedom at all, relative.
 const LEAST_SD: f64 = 1e-5;
@@ -307,7 +308,7 @@ impl Layout {
         }];
         locals.push(relative(Role::Speed, 1.0));
         if problem.has_springs() {
-            locals.push(relative(Role::Repeat, rig.spring_repeatability));
+            locals.push(relative(Role::Repeat, rig.spring_repeatability * repeating_part(rig)));
         }
         for channel in 0..problem.channels.len() {
             locals.push(Coordinate {
@@ -542,6 +543,13 @@ impl Layout {
         set(&self.locals, &point.locals[recording]);
         effect
     }
+}
+
+/// Which part of the springs' repeatability the force shows: body springs and pad repeat each by itself, and what both are together by
+/// √(w_b² + w_p²), w_b = k/k_b and w_p = k/k_p their parts of ln k = −ln(1/k_b + 1/k_p).
+fn repeating_part(rig: &Rig) -> f64 {
+    let (Some(body), Some(pad)) = (rig.body_stiffness_n_per_m, rig.pad_stiffness_n_per_m) else { return 1.0 };
+    body.value.hypot(pad.value) / (body.value + pad.value)
 }
 
 /// The highest peak force, N.
