@@ -15,7 +15,9 @@
 //! then when it has gone. (What rubs before the contact is in the speed at contact.)
 //!
 //! Source: C. A. Coulomb; play operator: M. Brokate, J. Sprekels, Hysteresis and Phase Transitions (1996), ch. 2; bristles: P. R. Dahl,
-//! A solid friction model, Aerospace Corp. TOR-0158 (1968); presliding of 1 to 50 µm: B. Armstrong-Hélouvry et al., Automatica 30 (1994) 1083.
+//! A solid friction model, Aerospace Corp. TOR-0158 (1968); presliding of 1 to 50 µm: B. Armstrong-Hélouvry et al., Automatica 30 (1994) 1083,
+//! of metal on metal. A seal shears as a whole before it slips, by h·µ·p/G: 0.5 mm with a lip of h = 3 mm of rubber of 70 Shore A
+//! (G = E/3 = 1.8 MPa; A. N. Gent, Rubber Chem. Technol. 31 (1958) 896) pressed by p = 1 MPa at µ = 0.3.
 
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Drive, Guide, Motion};
@@ -47,7 +49,7 @@ pub(super) const PRESLIDING: Parameter = Parameter {
     meaning: "how far the bristles bend before they slide",
     null: None,
     range: (1e-6, 1e-3),
-    plausible: (3e-6, 1e-4),
+    plausible: (3e-6, 5e-4),
     typical: 1e-5,
     scale: Scale::Logarithmic,
     search: Search::Typical,
