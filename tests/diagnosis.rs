@@ -383,6 +383,22 @@ fn a_robot_that_stays_is_followed_from_its_first_contact() {
     );
 }
 
+/// What a cleared buffer reads is nought, not the last value.
+#[test]
+fn samples_that_read_nought_are_lost_ones() {
+    let folder = TempDir::new().unwrap();
+    let lost = ["--mechanism", "lost-samples:lost_s=0.003,at_s=0.015,filled=2", "--seed", "3"];
+    campaign(&folder, "cleared", &[&RIG[..], &lost].concat());
+    let few = ["--only", "clearance", "--only", "adhesion", "--only", "lost-samples"];
+    let text = succeeds(&folder, &[&["diagnose", "cleared", "--json", "-"], &few[..]].concat());
+    let answer: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!((&answer["verdict"], &answer["mechanisms"][0]["id"]), (&"named".into(), &"lost-samples".into()));
+    let parameters = answer["mechanisms"][0]["parameters"].as_array().unwrap();
+    let value = |name: &str| number(parameters.iter().find(|one| one["name"] == name).expect("a parameter"), "value");
+    assert!((value("lost_s") / 0.003 - 1.0).abs() < 0.05, "{answer}");
+    assert_eq!(value("filled"), 2.0, "{answer}");
+}
+
 /// Where samples were lost is each recording's own: the model's instant is not theirs.
 #[test]
 fn a_model_with_an_instant_of_each_impact_finds_it_in_each_recording() {

@@ -1,8 +1,9 @@
-//! The log has lost a run of samples: it has closed the gap, so that what came later stands too early, or filled it with the last value.
+//! The log has lost a run of samples: it has closed the gap, so that what came later stands too early, or filled it with the last value or
+//! with nought.
 //!
 //! y(t) = F(t) before t_j, F(t + T) from there on, t counted from the first contact; the logger's time is the number
-//! of the sample over the rate, so that T is the lost samples over the rate. Where the gap is `filled`, y(t) = F(t_j) for t_j ≤ t < t_j + T
-//! and F(t) again after that. Where it happens is each impact's own. A sample stands for the time around it, half of the way to its
+//! of the sample over the rate, so that T is the lost samples over the rate. Where the gap is `filled`, y(t) = F(t_j) or 0 for
+//! t_j ≤ t < t_j + T and F(t) again after that. Where it happens is each impact's own. A sample stands for the time around it, half of the way to its
 //! neighbours: where an edge falls into that it is a mixture, and y a continuous function of t_j and T. (Lost samples whose places stayed
 //! empty are uneven sampling, which is seen without a model.)
 //!
@@ -17,8 +18,8 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     site: Site::Chain,
     lasting: false,
     by_configuration: &[],
-    equation: "y(t) = F(t) for t < t_j, F(t + T) for t ≥ t_j; where the gap is filled F(t_j) for t_j ≤ t < t_j + T only",
-    source: "dropped blocks of a streaming logger, whose time is a count of samples or which repeats the last one",
+    equation: "y(t) = F(t) for t < t_j, F(t + T) for t ≥ t_j; where the gap is filled F(t_j) or 0 for t_j ≤ t < t_j + T only",
+    source: "dropped blocks of a streaming logger, whose time is a count of samples, which repeats the last one or reads a cleared buffer",
     parameters: &[
         Parameter {
             name: "lost_s",
@@ -44,8 +45,8 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         },
         Parameter {
             name: "filled",
-            meaning: "what became of the gap: 0 closed, 1 filled with the last value",
-            ..Parameter::EITHER
+            meaning: "what became of the gap: 0 closed, 1 filled with the last value, 2 with nought",
+            ..Parameter::ONE_OF_THREE
         },
     ],
     signature: "a jump between two samples in proportion to the slope there; nothing before, a shift afterwards, or a step that ends in a jump",
@@ -56,7 +57,12 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
     let gap = Gap { from_s: effect.value(1), lasts_s: effect.value(0) };
-    assembly.log.push(if effect.value(2) > 0.5 { Box::new(Filled(gap)) } else { Box::new(Closed(gap)) });
+    let filled = effect.value(2);
+    assembly.log.push(if filled > 0.5 {
+        Box::new(Filled { gap, repeats: filled < 1.5 })
+    } else {
+        Box::new(Closed(gap))
+    });
 }
 
 /// What was lost.
@@ -70,7 +76,11 @@ struct Gap {
 struct Closed(Gap);
 
 #[derive(Debug)]
-struct Filled(Gap);
+struct Filled {
+    gap: Gap,
+    /// Whether with the last value; else with nought.
+    repeats: bool,
+}
 
 impl Stage for Closed {
     fn apply(&self, times_s: &[f64], signal_n: &mut [f64]) {
@@ -87,10 +97,10 @@ impl Stage for Closed {
 
 impl Stage for Filled {
     fn apply(&self, times_s: &[f64], signal_n: &mut [f64]) {
-        let Self(Gap { from_s, lasts_s }) = *self;
+        let Self { gap: Gap { from_s, lasts_s }, repeats } = *self;
         let until_s = from_s + lasts_s;
         let original = signal_n.to_vec();
-        let last = between(times_s, &original, from_s);
+        let filling = if repeats { between(times_s, &original, from_s) } else { 0.0 };
         for (place, signal) in signal_n.iter_mut().enumerate().skip(first_touched(times_s, from_s)) {
             let (low_s, high_s) = around(times_s, place);
             if low_s >= until_s {
@@ -98,7 +108,7 @@ impl Stage for Filled {
             }
             let (from_s, until_s) = (low_s.max(from_s), high_s.min(until_s));
             let part = ((until_s - from_s) / (high_s - low_s)).max(0.0);
-            *signal += part * (last - between(times_s, &original, 0.5 * (from_s + until_s)));
+            *signal += part * (filling - between(times_s, &original, 0.5 * (from_s + until_s)));
         }
     }
 }
@@ -154,12 +164,24 @@ mod tests {
     #[test]
     fn a_gap_that_is_filled_is_over_when_it_is_over() {
         let (times, mut signal) = ramp();
-        Filled(Gap { from_s: 0.05, lasts_s: 0.0125 }).apply(&times, &mut signal);
+        Filled { gap: Gap { from_s: 0.05, lasts_s: 0.0125 }, repeats: true }.apply(&times, &mut signal);
         for (time, value) in times.iter().zip(signal) {
             let held = if (0.0505..0.0625).contains(time) { 0.05 } else { *time };
             // The last sample before the gap is held for half of the time that it stands for.
             let mixed = if (time - 0.05).abs() < 1e-9 { 7e-4 } else { 1e-12 };
             assert!((value - 5.0 * held).abs() < mixed, "{time} s: {value}");
+        }
+    }
+
+    #[test]
+    fn a_cleared_buffer_reads_nought() {
+        let (times, mut signal) = ramp();
+        Filled { gap: Gap { from_s: 0.0495, lasts_s: 0.0125 }, repeats: false }.apply(&times, &mut signal);
+        for (time, value) in times.iter().zip(signal) {
+            // Of the last one half is lost.
+            let kept = if (0.0495..0.0615).contains(time) { 0.0 } else { 1.0 };
+            let mixed = if (time - 0.062).abs() < 1e-9 { 0.2 } else { 1e-12 };
+            assert!((value - 5.0 * time * kept).abs() < mixed, "{time} s: {value}");
         }
     }
 
@@ -177,7 +199,10 @@ mod tests {
             let gap = Gap { from_s: 0.05 + 1e-4 * f64::from(part), lasts_s: 0.0125 };
             for other in [Gap { from_s: gap.from_s + 1e-6, ..gap }, Gap { lasts_s: gap.lasts_s + 1e-6, ..gap }] {
                 assert!(change(shown(&Closed(gap)), shown(&Closed(other))) < 2e-4);
-                assert!(change(shown(&Filled(gap)), shown(&Filled(other))) < 2e-4);
+                for repeats in [true, false] {
+                    let filled = |gap| shown(&Filled { gap, repeats });
+                    assert!(change(filled(gap), filled(other)) < 1e-3);
+                }
             }
         }
     }
