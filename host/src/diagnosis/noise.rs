@@ -1,7 +1,8 @@
 //! What the recordings show before contact is noise: how strong, and how coloured.
 //!
 //! An autoregressive model, e_t = Σ a_k·e_{t−k} + w_t, fitted to all quiet stretches together (Yule and Walker's equations, lags
-//! pooled over the stretches, each freed of its mean). Whitening with it makes the residual of a right model white with unit
+//! pooled over the stretches, each freed of its straight line: a zero that drifts is no noise, and taken for some it would hide whatever
+//! is as slow). Whitening with it makes the residual of a right model white with unit
 //! variance, so that a sum of squares is a χ².
 //!
 //! Source: G. E. P. Box, G. M. Jenkins, Time Series Analysis (1970), ch. 3.
@@ -43,12 +44,12 @@ impl Noise {
         let mut covariance = [0.0; ORDER + 1];
         let mut samples = 0;
         for stretch in stretches.iter().map(AsRef::as_ref).filter(|stretch| stretch.len() > 2 * ORDER) {
-            let mean = stretch.iter().sum::<f64>() / stretch.len() as f64;
+            let stretch = beside_line(stretch);
             for (lag, sum) in covariance.iter_mut().enumerate() {
-                *sum += stretch[lag..].iter().zip(stretch).map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>();
+                *sum += stretch[lag..].iter().zip(&stretch).map(|(a, b)| a * b).sum::<f64>();
             }
-            // The mean has taken one degree of freedom.
-            samples += stretch.len() - 1;
+            // The line has taken two degrees of freedom.
+            samples += stretch.len() - 2;
         }
         if samples < 2 * ORDER {
             return None;
@@ -109,6 +110,19 @@ impl Noise {
     }
 }
 
+/// Evenly spaced values less the straight line through them.
+fn beside_line(values: &[f64]) -> Vec<f64> {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let from_middle = |place: usize| place as f64 - 0.5 * (values.len() - 1) as f64;
+    let (mut along, mut square) = (0.0, 0.0);
+    for (place, value) in values.iter().enumerate() {
+        along += from_middle(place) * value;
+        square += from_middle(place).powi(2);
+    }
+    let slope = along / square;
+    values.iter().enumerate().map(|(place, value)| value - mean - slope * from_middle(place)).collect()
+}
+
 #[cfg(test)]
 pub(super) mod tests {
     use rand::SeedableRng as _;
@@ -136,6 +150,17 @@ pub(super) mod tests {
         let lag = |lag: usize| fresh[lag..].iter().zip(&fresh).map(|(a, b)| a * b).sum::<f64>() / 4000.0;
         assert!((lag(0) - 1.0).abs() < 0.1, "{}", lag(0));
         assert!((1..5).all(|shift| lag(shift).abs() < 0.08));
+    }
+
+    #[test]
+    fn a_drifting_zero_is_no_noise() {
+        let steady = coloured(2000, 3);
+        let drifting = steady.iter().enumerate().map(|(place, value)| value + 1e-3 * place as f64).collect::<Vec<_>>();
+        let [steady, drifting] = [steady, drifting].map(|values| Noise::of_quiet(&[values], true).unwrap());
+        assert!((drifting.rms() / steady.rms() - 1.0).abs() < 1e-9);
+        for (with, without) in drifting.coefficients.iter().zip(&steady.coefficients) {
+            assert!((with - without).abs() < 1e-9, "{with} {without}");
+        }
     }
 
     #[test]
