@@ -104,8 +104,8 @@ pub struct Chain {
     pub sample_rate_hz: f64,
     /// Noise of the observed channel, root mean square, in its own unit.
     pub noise_rms: f64,
-    /// Full scale of the observed channel, in its own unit.
-    pub full_scale: f64,
+    /// Full scale of the observed channel, in its own unit, where it has one that is known: a height off a video has none.
+    pub full_scale: Option<f64>,
     /// The observed channel.
     pub observed: Observed,
 }

@@ -73,13 +73,13 @@ pub fn load(path: &Path) -> Result<Loaded, InputError> {
             ));
         };
         let name = csv_path.display();
-        if let Some(index) = values.iter().position(|value| value.abs() > BEYOND_FULL_SCALE * campaign.chain.full_scale)
+        if let Some(full_scale) = campaign.chain.full_scale
+            && let Some(index) = values.iter().position(|value| value.abs() > BEYOND_FULL_SCALE * full_scale)
         {
             warnings.push(format!(
-                "{name}: {} at {} s is beyond the stated full scale of {}",
+                "{name}: {} at {} s is beyond the stated full scale of {full_scale}",
                 values[index],
                 recording.times_s()[index],
-                campaign.chain.full_scale
             ));
         }
         let found = 1.0 / recording.median_interval_s();

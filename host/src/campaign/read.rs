@@ -47,7 +47,7 @@ pub(crate) struct RigTable {
 struct ChainTable {
     sample_rate_Hz: Spanned<f64>,
     noise_rms_N: Spanned<f64>,
-    full_scale_N: Spanned<f64>,
+    full_scale_N: Option<Spanned<f64>>,
     observed: Spanned<String>,
 }
 
@@ -262,9 +262,9 @@ impl RigCheck<'_> {
     fn chain(&self, table: &ChainTable, rig: &Rig) -> Result<Chain, InputError> {
         let sample_rate_hz = self.positive("sample_rate_Hz", &table.sample_rate_Hz)?;
         let noise_rms = self.not_negative("noise_rms_N", &table.noise_rms_N)?;
-        let full_scale = self.positive("full_scale_N", &table.full_scale_N)?;
+        let full_scale = table.full_scale_N.as_ref().map(|stated| self.positive("full_scale_N", stated)).transpose()?;
         let observed = self.one_of("observed", &table.observed, &Observed::ALL, Observed::column)?;
-        if noise_rms >= full_scale {
+        if let Some(full_scale) = full_scale.filter(|full_scale| noise_rms >= *full_scale) {
             return Err(self.refuse(
                 table.noise_rms_N.span(),
                 format!("the noise, {noise_rms}, is not below the full scale, {full_scale}"),

@@ -39,7 +39,7 @@ fn contract() -> Campaign {
             gravity_along_impact_m_per_s2: 0.0,
             spring_repeatability: 0.002,
         },
-        chain: Chain { sample_rate_hz: 10_000.0, noise_rms: 0.3, full_scale: 2_224.0, observed: Observed::Force },
+        chain: Chain { sample_rate_hz: 10_000.0, noise_rms: 0.3, full_scale: Some(2_224.0), observed: Observed::Force },
         recordings: vec![Entry {
             file: "recordings/001.csv".to_owned(),
             impact_speed_m_per_s: Estimate::new(0.25, 0.003),
@@ -65,7 +65,6 @@ fn optional_keys_have_their_defaults() {
         [chain]
         sample_rate_Hz = 10000
         noise_rms_N = 0
-        full_scale_N = 2224
         observed = "force_N"
         [[recording]]
         file = "a.csv"
@@ -76,7 +75,9 @@ fn optional_keys_have_their_defaults() {
     assert_eq!(campaign.rig.spring_repeatability, 0.002);
     assert_eq!(campaign.rig.gravity_along_impact_m_per_s2, 9.80665);
     assert_eq!(campaign.rig.pad_stiffness_n_per_m, None);
+    assert_eq!(campaign.chain.full_scale, None);
     assert_eq!(campaign.recordings[0].configuration, None);
+    assert_eq!(Campaign::parse("again.toml", &campaign.to_toml()).unwrap(), campaign);
 }
 
 /// The contract's example with one line replaced, and what must be said about it.
@@ -156,7 +157,7 @@ prop_compose! {
                 gravity_along_impact_m_per_s2: gravity,
                 spring_repeatability,
             },
-            chain: Chain { sample_rate_hz, noise_rms, full_scale: 2_224.0, observed: Observed::ALL[observed] },
+            chain: Chain { sample_rate_hz, noise_rms, full_scale: Some(2_224.0), observed: Observed::ALL[observed] },
             recordings: recordings
                 .into_iter()
                 .enumerate()

@@ -15,12 +15,14 @@ impl Campaign {
         push_rig(&mut text, &self.rig);
         let _ = writeln!(
             text,
-            "\n[chain]\nsample_rate_Hz = {}\nnoise_rms_N = {}\nfull_scale_N = {}\nobserved = \"{}\"",
+            "\n[chain]\nsample_rate_Hz = {}\nnoise_rms_N = {}",
             number_toml(self.chain.sample_rate_hz),
             number_toml(self.chain.noise_rms),
-            number_toml(self.chain.full_scale),
-            self.chain.observed.column(),
         );
+        if let Some(full_scale) = self.chain.full_scale {
+            let _ = writeln!(text, "full_scale_N = {}", number_toml(full_scale));
+        }
+        let _ = writeln!(text, "observed = \"{}\"", self.chain.observed.column());
         for entry in &self.recordings {
             let _ = writeln!(
                 text,

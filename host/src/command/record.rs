@@ -211,7 +211,7 @@ impl<'a> Session<'a> {
             chain: campaign::Chain {
                 sample_rate_hz: chain.sample_rate.0.into(),
                 noise_rms: significant(noise.into(), 4),
-                full_scale: significant(f64::from(chain.newton_per_code) * f64::from(chain.zero_code), 6),
+                full_scale: Some(significant(f64::from(chain.newton_per_code) * f64::from(chain.zero_code), 6)),
                 observed: Observed::Force,
             },
             recordings: Vec::new(),

@@ -94,10 +94,10 @@ impl Replay {
             if let (None, Some(stiffness)) = (self.judge.stiffness, loaded.campaign.rig.body_stiffness_n_per_m) {
                 configuration.body_stiffness = NewtonPerMetre(stiffness.value as f32);
             }
-            if self.judge.full_scale.is_none() {
+            if let Some(full_scale) = loaded.campaign.chain.full_scale.filter(|_| self.judge.full_scale.is_none()) {
                 // What reached full scale was clipped, whatever the reference chain could have measured.
                 let codes = configuration.chain.clip_high - configuration.chain.zero_code;
-                configuration.chain.newton_per_code = (loaded.campaign.chain.full_scale / f64::from(codes)) as f32;
+                configuration.chain.newton_per_code = (full_scale / f64::from(codes)) as f32;
                 configuration.validate().map_err(|invalid| miette::miette!("{}", explain_invalid(invalid)))?;
             }
             let replayed = replay(&name, recording, &configuration, self.sample_rate)?;

@@ -201,17 +201,19 @@ pub fn identify(
     let mut blows = Vec::new();
     for (number, (entry, recording)) in campaign.recordings.iter().zip(&loaded.recordings).enumerate() {
         let measured = source == Source::Measured;
-        let cut = Blow::cut(entry, recording, campaign.chain.full_scale, names[number], measured).and_then(|blow| {
-            match blow.contradiction(gravity) {
-                // The momentum says nothing of a depth that was measured.
-                Some(sentence) if !measured => Err(sentence),
-                Some(sentence) => {
-                    notes.push(format!("{}: {sentence}", entry.file));
-                    Ok(blow)
-                }
-                None => Ok(blow),
-            }
-        });
+        let cut =
+            Blow::cut(entry, recording, campaign.chain.full_scale.unwrap_or(f64::INFINITY), names[number], measured)
+                .and_then(|blow| {
+                    match blow.contradiction(gravity) {
+                        // The momentum says nothing of a depth that was measured.
+                        Some(sentence) if !measured => Err(sentence),
+                        Some(sentence) => {
+                            notes.push(format!("{}: {sentence}", entry.file));
+                            Ok(blow)
+                        }
+                        None => Ok(blow),
+                    }
+                });
         match cut {
             Ok(blow) => blows.push(blow),
             Err(because) => left_out.push((entry.file.clone(), because)),

@@ -158,14 +158,14 @@ pub fn simulate(plan: &Plan, mut progress: impl FnMut()) -> Result<Simulated, Si
         Chain {
             sample_rate_hz: plan.sample_rate_hz,
             noise_rms: plan.height_noise_m,
-            full_scale: HEIGHT_RANGE_M,
+            full_scale: Some(HEIGHT_RANGE_M),
             observed: Observed::Height,
         }
     } else {
         Chain {
             sample_rate_hz: plan.sample_rate_hz,
             noise_rms: plan.imperfection.noise_n,
-            full_scale: plan.full_scale_n,
+            full_scale: Some(plan.full_scale_n),
             observed: Observed::Force,
         }
     };
