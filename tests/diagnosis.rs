@@ -162,7 +162,6 @@ fn a_gain_that_re_tuning_imitates_keeps_its_twin() {
     assert_eq!(twins, [Some("gain-error"), Some("speed-error")], "{answer}");
 }
 
-/// By BIC what is rubbing and more never comes before rubbing.
 /// A blow beside the axis reads otherwise in every pose: one gain, of a strength of its own in each.
 #[test]
 fn a_gain_may_be_another_in_each_pose() {
@@ -206,6 +205,62 @@ fn a_gain_may_be_another_in_each_pose() {
     assert_eq!(serde_json::from_str::<Value>(&text).unwrap()["verdict"], "holds", "{text}");
 }
 
+/// Three speeds of six are not what was stated, each in its own way; and a cell that has lost a fifth of its gain before the last two blows.
+#[test]
+fn a_speed_or_a_gain_may_be_off_in_some_recordings() {
+    let folder = TempDir::new().unwrap();
+    campaign(
+        &folder,
+        "missed",
+        &[&RIG[..2], &["--speed-error", "0.01", "--mass-error", "0.02", "--seed", "5"]].concat(),
+    );
+    let path = |file: &str| folder.path().join("missed").join(file);
+    let stated = std::fs::read_to_string(path("campaign.toml")).unwrap();
+    let few = ["--only", "gain-error", "--only", "speed-error", "--only", "link-oscillation"];
+    let named = || {
+        let text =
+            succeeds(&folder, &[&["diagnose", "missed", "--json", "-", "--model", "found.toml"], &few[..]].concat());
+        let answer: Value = serde_json::from_str(&text).unwrap();
+        let [named] = answer["mechanisms"].as_array().unwrap().as_slice() else { panic!("{answer}") };
+        let twins = [&named["id"], &named["indistinguishable_from"][0]].map(|id| id.as_str().unwrap());
+        assert_eq!(BTreeSet::from(twins), ["gain-error", "speed-error"].into(), "{answer}");
+        parameters_are(&named["parameters"]);
+        named["parameters"].clone()
+    };
+
+    let off = [("002", 0.1), ("004", -0.12), ("005", 0.15)];
+    let mut campaign: toml::Table = stated.parse().unwrap();
+    for recording in campaign["recording"].as_array_mut().unwrap() {
+        let file = recording["file"].as_str().unwrap().to_owned();
+        if let Some((_, part)) = off.iter().find(|(name, _)| file.ends_with(&format!("{name}.csv"))) {
+            let speed = recording["impact_speed_m_per_s"].get_mut("value").unwrap();
+            *speed = (speed.as_float().unwrap() / (1.0 + part)).into();
+        }
+    }
+    std::fs::write(path("campaign.toml"), toml::to_string(&campaign).unwrap()).unwrap();
+    let parameters = named();
+    for ((recording, part), parameter) in off.iter().zip(parameters.as_array().unwrap()) {
+        assert_eq!(parameter["name"], format!("relative[{recording}]"));
+        assert!(number(parameter, "low") < *part && *part < number(parameter, "high"), "{parameter}");
+    }
+    assert!(read(&folder, "found.toml").contains("every impact has its own relative"));
+
+    std::fs::write(path("campaign.toml"), stated).unwrap();
+    for name in ["005", "006"] {
+        let file = path(&format!("recordings/{name}.csv"));
+        let weaker = |line: &str| match line.split_once(',').map(|(time, force)| (time, force.parse::<f64>())) {
+            Some((time, Ok(force))) => format!("{time},{}\n", 0.8 * force),
+            _ => format!("{line}\n"),
+        };
+        let text: String = std::fs::read_to_string(&file).unwrap().lines().map(weaker).collect();
+        std::fs::write(&file, text).unwrap();
+    }
+    let parameters = named();
+    let [relative] = parameters.as_array().unwrap().as_slice() else { panic!("{parameters}") };
+    assert!(number(relative, "low") < -0.2 && -0.2 < number(relative, "high"), "{relative}");
+}
+
+/// By BIC what is rubbing and more never comes before rubbing.
 #[test]
 fn what_foretells_best_comes_first() {
     let folder = TempDir::new().unwrap();

@@ -168,7 +168,7 @@ fn recorded(law: Law, plan: &Plan) -> Loaded {
         chain: Chain {
             sample_rate_hz: plan.rate_hz,
             noise_rms: plan.noise_n,
-            full_scale: 2224.0,
+            full_scale: Some(2224.0),
             observed: Observed::Force,
         },
         recordings: entries,

@@ -111,6 +111,8 @@ pub struct Mechanism {
     pub lasting: bool,
     /// Which of its parameters may be others in each configuration: they are of the object that falls, of a pose or of the place that is hit.
     pub by_configuration: &'static [&'static str],
+    /// And which in each recording, without any rule: a speed that a controller misses, a zero that warms.
+    pub by_recording: &'static [&'static str],
     /// Its equation, as text.
     pub equation: &'static str,
     /// Where the equation and the ranges come from.
@@ -214,10 +216,11 @@ impl Mechanism {
     /// What a person is to know of one of its parameters beside the ranges; mostly nothing.
     #[must_use]
     pub fn remark(&self, parameter: &Parameter) -> &'static str {
-        if self.by_configuration.contains(&parameter.name) {
-            "may be another in each configuration"
-        } else {
-            parameter.search.remark()
+        match (self.by_configuration.contains(&parameter.name), self.by_recording.contains(&parameter.name)) {
+            (true, true) => "may be another in each configuration or recording",
+            (true, false) => "may be another in each configuration",
+            (false, true) => "may be another in each recording",
+            (false, false) => parameter.search.remark(),
         }
     }
 

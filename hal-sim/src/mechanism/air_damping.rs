@@ -18,6 +18,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     site: Site::Guide,
     lasting: true,
     by_configuration: &[],
+    by_recording: &[],
     equation: "F = c·v·|v|, v the rate of the stroke of the body springs",
     source: "orifice loss of the air in the housing; 1 N at 0.25 m/s",
     parameters: &[

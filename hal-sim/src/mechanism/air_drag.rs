@@ -13,6 +13,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     site: Site::Drive,
     lasting: true,
     by_configuration: &["coefficient_kg_per_m"],
+    by_recording: &[],
     equation: "F = −c·v·|v|, c = 0.5·ρ·C_d·A",
     source: "quadratic drag; a golf ball 0.0004, a basketball 0.02 kg/m",
     parameters: &[Parameter {

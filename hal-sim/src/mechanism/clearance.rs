@@ -16,6 +16,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     site: Site::Spring,
     lasting: true,
     by_configuration: &[],
+    by_recording: &[],
     equation: "F = (1 − share)·k·x + share·k·max(x − g, 0), x the stroke of the body springs",
     source: "springs in parallel with unequal play; 0.05 to 0.5 mm",
     parameters: &[

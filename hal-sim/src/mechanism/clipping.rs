@@ -14,6 +14,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     site: Site::Chain,
     lasting: true,
     by_configuration: &[],
+    by_recording: &[],
     equation: "|y| = |F| − κ·L·ln(1 + exp((|F| − L)/(κ·L))), which for a small κ is min(|F|, L)",
     source: "rails of amplifier and converter; a range that was set too small",
     parameters: &[

@@ -19,6 +19,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     site: Site::Drive,
     lasting: false,
     by_configuration: &[],
+    by_recording: &[],
     equation: "F = −F_r·½·(1 + tanh(20·(1 + v/v_r))) for t ≥ t(P = F_th) + delay, on the robot; stopping F = −F_r·tanh(v/v_b), at a controlled speed F = −F_r·tanh((v + v_r)/v_b)",
     source: "collision monitor; reaction after 5 to 30 ms; a retreat with a limit of speed, or a stop of category 0 or 1",
     parameters: &[

@@ -13,6 +13,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     site: Site::Spring,
     lasting: true,
     by_configuration: &[],
+    by_recording: &[],
     equation: "F = k·x + ratio·k·max(x − x_b, 0), x the stroke of the body springs",
     source: "piecewise linear stop; 10 to 100 times the springs' stiffness at 8 to 25 mm",
     parameters: &[

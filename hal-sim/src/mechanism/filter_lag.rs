@@ -20,6 +20,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     site: Site::Chain,
     lasting: true,
     by_configuration: &[],
+    by_recording: &[],
     equation: "|H(f)|² = 1/(1 + (f/f_c)^(2N)), causal; delay of slow signals 1/(2π·f_c·sin(π/2N))",
     source: "Butterworth (1930); 30 to 1000 Hz, two or four poles",
     parameters: &[

@@ -13,6 +13,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     site: Site::Chain,
     lasting: false,
     by_configuration: &["relative"],
+    by_recording: &["relative"],
     equation: "y = F·(1 + ε)",
     source: "calibration, and cross-sensitivity to loads beside the axis; 1 to 5 %",
     parameters: &[Parameter {

@@ -141,6 +141,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     site: Site::Guide,
     lasting: true,
     by_configuration: &[],
+    by_recording: &[],
     equation: "F_f = F_c·sgn(dx_p/dt) while sliding, |F_f| ≤ F_c while sticking; on bristles F_f = F_c·y, z·dy/dt = v − y·√(v² + v_c²)",
     source: "Coulomb friction with true sticking, or Dahl's bristles, which may forget; 0.5 to 10 N for a printed guide",
     parameters: &[

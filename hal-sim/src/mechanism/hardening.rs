@@ -17,6 +17,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     site: Site::Pad,
     lasting: true,
     by_configuration: &[],
+    by_recording: &[],
     equation: "F = k·δ/(1 − δ/lock)^(growth·lock)",
     source: "locking law; δ_l 0.4 to 0.7 of a pad of 7 to 21 mm",
     parameters: &[

@@ -15,6 +15,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     site: Site::Pad,
     lasting: true,
     by_configuration: &[],
+    by_recording: &[],
     equation: "F = F_el(δ)·(1 + 1.5·α·dδ/dt); e ≈ 1/(1 + α·v0)",
     source: "Hunt and Crossley, J. Appl. Mech. 42 (1975) 440; range from αv0 = 0 to 0.3 at 0.05 to 0.6 m/s",
     parameters: &[Parameter {

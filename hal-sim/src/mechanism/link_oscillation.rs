@@ -18,6 +18,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     site: Site::Robot,
     lasting: false,
     by_configuration: &[],
+    by_recording: &[],
     equation: "dx_free/dt = v + A·cos(2πf·t + φ_0 + n·Δφ), n the place of the impact in the campaign",
     source: "paper 2: link modes of 1 to 13 Hz",
     parameters: &[

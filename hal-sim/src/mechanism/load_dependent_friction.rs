@@ -16,6 +16,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     site: Site::Guide,
     lasting: true,
     by_configuration: &[],
+    by_recording: &[],
     equation: "F_f = coefficient·P·sgn(dx_p/dt) while sliding; coefficient = 2·μ·e/L",
     source: "moment of an off-axis impact; μ 0.1 to 0.4, e/L up to 0.4",
     parameters: &[

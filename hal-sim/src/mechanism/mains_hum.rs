@@ -16,6 +16,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     site: Site::Chain,
     lasting: false,
     by_configuration: &[],
+    by_recording: &[],
     equation: "y = F + A·sin(2πf·t + φ_0 + 2.4·n), n the number of the impact",
     source: "ground loops and stray fields; 50 or 60 Hz ± 0.2 Hz",
     parameters: &[

@@ -5,7 +5,7 @@
 //! each stated as the damping ratio that it alone would give the ring (c = 2ζ√((k_pad + k_body)·m_p)).
 //!
 //! After release it returns to the place where it lies, and may swing through it or find a stop there, a felt or the housing: a spring of
-//! κ·k_body with [`STOP_DAMPING`], which the cell does not bear.
+//! κ·k_body with a damping ratio of its own, which the cell does not bear.
 //!
 //! The mass is a parameter here and not a field of [`Rig`](crate::rig::Rig): the rig is the baseline, which ignores
 //! it, and a mass alone is no model, since how it rings depends on the damping and, without a pad, on the stiffness of the bare
@@ -23,6 +23,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     site: Site::Piece,
     lasting: true,
     by_configuration: &[],
+    by_recording: &[],
     equation: "m_p·d²x_p/dt² = P(x − x_p) − S(x_p); f ≈ √((k_pad + k_body)/m_p)/2π, c = 2ζ√((k_pad + k_body)·m_p)",
     source: "two bodies; a piece of 0.04 to 0.3 kg rings at 170 to 600 Hz",
     parameters: &[
@@ -75,11 +76,22 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             unit: "1",
             meaning: "stiffness of the stop that the piece returns to, over the springs'; 0: it swings through its place of rest",
             null: None,
-            range: (0.0, 30.0),
+            range: (0.0, 300.0),
             plausible: (0.003, 30.0),
             typical: 0.003,
             scale: Scale::Logarithmic,
             search: Search::OneOf(&[0.003, 10.0]),
+        },
+        Parameter {
+            name: "stop_damping_ratio",
+            unit: "1",
+            meaning: "damping ratio of the piece on that stop: felt and rubber give back next to nothing (0.7, 5 % overshoot), a housing much",
+            null: None,
+            range: (0.02, 2.0),
+            plausible: (0.15, 1.0),
+            typical: 0.7,
+            scale: Scale::Logarithmic,
+            search: Search::Typical,
         },
     ],
     signature: "a ring from the first instant, damped within some cycles, and again, lower, after release; the cell lags",
@@ -88,10 +100,6 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     enter,
 };
 
-/// Damping ratio of the piece on its stop: felt and rubber buffers give back next to nothing, and at 0.7 (overshoot e^(−π·0.7/√(1 − 0.7²)),
-/// 5 %) neither does it.
-const STOP_DAMPING: f64 = 0.7;
-
 fn enter(effect: &Effect, assembly: &mut Assembly) {
     let mass_kg = effect.value(0);
     let pad = assembly.pad.get_or_insert_with(|| Element::linear(effect.value(3)));
@@ -99,6 +107,6 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
     pad.damping_ns_per_m += effect.value(1) * critical;
     assembly.spring.damping_ns_per_m += effect.value(2) * critical;
     let stop_n_per_m = effect.value(4) * assembly.spring.stiffness_n_per_m;
-    let stop_ns_per_m = 2.0 * STOP_DAMPING * (stop_n_per_m * mass_kg).sqrt();
+    let stop_ns_per_m = 2.0 * effect.value(5) * (stop_n_per_m * mass_kg).sqrt();
     assembly.piece = Some(Piece { mass_kg, stop_n_per_m, stop_ns_per_m });
 }

@@ -16,6 +16,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     site: Site::InitialCondition,
     lasting: false,
     by_configuration: &[],
+    by_recording: &[],
     equation: "m = m_said·(1 + ε) in the configuration with this number, m_said in the others",
     source: "spread of public models of one arm; held or free orientation",
     parameters: &[

@@ -17,6 +17,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     site: Site::Drive,
     lasting: false,
     by_configuration: &[],
+    by_recording: &[],
     equation: "F = F_0·tanh(K·(s − x)/F_0)·exp(−(t/T)⁸) on the robot from first contact; s = v₀·t until t_r, then brakes with a and stands",
     source: "saturating position control; up to about 150 N",
     parameters: &[

@@ -18,6 +18,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     site: Site::Pad,
     lasting: true,
     by_configuration: &[],
+    by_recording: &[],
     equation: "F = F_el(δ) + c·dδ/dt",
     source: "Kelvin–Voigt; 5 to 100 N·s/m",
     parameters: &[

@@ -290,7 +290,11 @@ fn own_starts(problem: &Problem, layout: &Layout, start: Point) -> Vec<Point> {
     let mut starts = vec![start];
     for (place, coordinate) in layout.locals.iter().enumerate() {
         let Role::Mechanism { entrant, place: number } = coordinate.role else { continue };
-        let instant = layout.entrants[entrant].effect.mechanism().parameters[number].search == Search::EachInstant;
+        let parameter = &layout.entrants[entrant].effect.mechanism().parameters[number];
+        if !parameter.is_of_each_impact() {
+            continue;
+        }
+        let instant = parameter.search == Search::EachInstant;
         let whole = if instant { problem.recordings[0].contact_time_s } else { TAU };
         let values = (0..OWN_STARTS).map(|part| whole * (part as f64 + 0.5) / OWN_STARTS as f64);
         starts = values

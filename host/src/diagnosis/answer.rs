@@ -5,10 +5,11 @@ use serde::Serialize;
 use thud_sim::mechanism::{Effect, Scale, Search};
 
 use super::held_out::{pooled, rmse};
-use super::layout::{Scope, coordinate_of, value_of};
+use super::layout::{Role, Scope, coordinate_of, value_of};
 use super::locate::locate;
 use super::predict;
 use super::retuned::{Retuned, retuned};
+use super::select::Selection;
 use super::verdict::{Verdict, is_of_another_rig, leaves_nothing, rest_share, twins};
 use super::words;
 use super::{Diagnosis, Note};
@@ -225,6 +226,9 @@ pub fn parameters(diagnosis: &Diagnosis, place: usize) -> Vec<Value> {
     let told = |effect: &Effect, configuration| {
         within(diagnosis, place, effect, configuration, diagnosis.selection.told_deviations.as_ref(), EQUATIONS)
     };
+    if let Scope::EachRecording(some) = fit.layout.entrants[place].scope {
+        return some.iter().flat_map(|recording| of_recording(diagnosis, place, recording)).collect();
+    }
     if fit.layout.entrants[place].scope != Scope::EachConfiguration {
         return told(&fit.layout.effect(problem, place, &fit.point), 0);
     }
@@ -243,6 +247,30 @@ pub fn parameters(diagnosis: &Diagnosis, place: usize) -> Vec<Value> {
         in_each.iter().zip(&problem.configurations).map(named).collect()
     };
     (0..entrant.effect.mechanism().parameters.len()).flat_map(of_parameter).collect()
+}
+
+/// What a recording has of its own of a mechanism, with the interval that its noise and what is stated of it leave.
+fn of_recording(diagnosis: &Diagnosis, place: usize, recording: usize) -> Vec<Value> {
+    let (problem, Selection { best, tangent, .. }) = (&diagnosis.problem, &diagnosis.selection);
+    let layout = &best.fit.layout;
+    let entrant = &layout.entrants[place];
+    let effect = layout.effect_at(problem, place, &best.fit.point, recording);
+    let parameters = effect.mechanism().parameters.iter().enumerate();
+    let own = parameters.filter(|(number, _)| entrant.is_by_recording(*number));
+    own.map(|(number, parameter)| {
+        let role = Role::Mechanism { entrant: place, place: number };
+        let local = layout.locals.iter().position(|coordinate| coordinate.role == role);
+        let deviation = local.and_then(|local| tangent.local_deviation(recording, local)).unwrap_or(0.0);
+        let (value, half) = (effect.value(number), DEVIATIONS_95 * deviation.hypot(EQUATIONS * effect.value(number)));
+        Value {
+            name: format!("{}[{}]", parameter.name, problem.recordings[recording].name),
+            unit: parameter.unit.to_owned(),
+            value,
+            low: value - half,
+            high: value + half,
+        }
+    })
+    .collect()
 }
 
 /// The same in one configuration, with what noise alone leaves open: for recordings of the same rig, for which the equations are wrong in the

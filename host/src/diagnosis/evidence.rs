@@ -157,11 +157,12 @@ pub fn scope_words(diagnosis: &Diagnosis, scope: Scope) -> String {
             let name = diagnosis.problem.configurations.get(number).map_or("?", String::as_str);
             format!("in configuration {name} only")
         }
-        Scope::Recordings(some) => {
+        Scope::Recordings(some) | Scope::EachRecording(some) => {
             let names: Vec<String> =
                 some.iter().map(|number| diagnosis.problem.recordings[number].name.clone()).collect();
             let word = if names.len() == 1 { "recording" } else { "recordings" };
-            format!("in {word} {} only", super::words::listed(&names, "and"))
+            let only = if matches!(scope, Scope::EachRecording(_)) { ", in each as it is there" } else { " only" };
+            format!("in {word} {}{only}", super::words::listed(&names, "and"))
         }
     }
 }

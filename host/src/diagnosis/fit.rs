@@ -31,6 +31,8 @@ const SMALL_PART: f64 = 1e-6;
 const FORETOLD: f64 = 0.25;
 /// The most steps that are tried with growing damping before a fit is where it can be.
 const MOST_TRIES: usize = 7;
+/// How strongly the first step is damped.
+const DAMPING: f64 = 1e-3;
 /// Whitened residuals beyond this count as a spike: they pull with a constant force only (P. J. Huber, 1964).
 const SPIKE: f64 = 8.0;
 
@@ -103,11 +105,16 @@ struct RecordingTangent {
 impl RecordingTangent {
     /// Where the recording's own coordinates go to imitate signatures with these Jᵀs, to first order.
     fn locally_imitated(&self, transposed: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        Some(self.local_normal()?.solve(transposed))
+    }
+
+    /// The factorised normal equations of the recording's own coordinates, nothing else moving.
+    fn local_normal(&self) -> Option<Cholesky<f64, Dyn>> {
         let mut matrix = self.local.tr_mul(&self.local);
         for place in 0..matrix.ncols() {
             matrix[(place, place)] = matrix[(place, place)] * (1.0 + 1e-9) + self.local_prior[place].powi(2) + 1e-12;
         }
-        Some(matrix.cholesky()?.solve(transposed))
+        matrix.cholesky()
     }
 }
 
@@ -174,16 +181,20 @@ impl Fit {
     #[must_use]
     pub fn touched(self, problem: &Problem, part: Part<'_>) -> Self {
         match Self::touching(problem, self.layout.clone(), self.point.clone(), part) {
-            Some(mut touching) if touching.cost < self.cost - TOUCHED => {
-                touching.converge(problem, part, Effort::FULL);
-                touching
-            }
+            Some(touching) if touching.cost < self.cost - TOUCHED => touching.further(problem, part, Effort::FULL),
             _ => self,
         }
     }
 
+    /// The same after more steps.
+    #[must_use]
+    pub fn further(mut self, problem: &Problem, part: Part<'_>, effort: Effort) -> Self {
+        self.converge(problem, part, effort);
+        self
+    }
+
     fn converge(&mut self, problem: &Problem, part: Part<'_>, effort: Effort) {
-        let mut damping = 1e-3;
+        let mut damping = DAMPING;
         let mut motions = None;
         for _ in 0..effort.iterations {
             let Some(tangent) = self.tangent_of(problem, part, effort, motions.as_deref()) else { break };
@@ -269,24 +280,27 @@ impl Fit {
     #[must_use]
     pub fn touching(problem: &Problem, layout: Layout, mut point: Point, part: Part<'_>) -> Option<Self> {
         let contact = layout.locals.iter().position(|coordinate| coordinate.role == Role::Contact)?;
-        let instants: Option<Vec<f64>> = part
+        let nearby: Option<Vec<(f64, Vec<f64>)>> = part
             .par_iter()
             .map(|&recording| {
                 let impact = predict::strike(problem, &layout, &point, recording).ok()?;
-                let sample_s = problem.recordings[recording].sample_s;
-                let costs = (-SHIFTS..=SHIFTS).map(|shift| {
-                    let shift_s = f64::from(shift) * SHIFT_SAMPLES * sample_s;
+                let prepared = &problem.recordings[recording];
+                let shown = (-SHIFTS..=SHIFTS).map(|shift| {
+                    let shift_s = f64::from(shift) * SHIFT_SAMPLES * prepared.sample_s;
                     let values = predict::read(problem, &layout, &point, recording, &impact, shift_s);
-                    (shift_s, problem.recordings[recording].left_by(&values).into_iter().map(robust).sum::<f64>())
+                    let cost = prepared.left_by(&values).into_iter().map(robust).sum::<f64>();
+                    (cost, shift_s, values)
                 });
-                let (shift_s, _) = costs.min_by(|a, b| a.1.total_cmp(&b.1))?;
-                Some(point.locals[recording][contact] + shift_s)
+                let (_, shift_s, values) = shown.min_by(|a, b| a.0.total_cmp(&b.0))?;
+                values.iter().all(|value| value.is_finite()).then_some((shift_s, values))
             })
             .collect();
-        for (&recording, instant) in part.iter().zip(instants?) {
-            point.locals[recording][contact] = instant;
+        let mut model = vec![Vec::new(); problem.recordings.len()];
+        for (&recording, (shift_s, values)) in part.iter().zip(nearby?) {
+            point.locals[recording][contact] += shift_s;
+            model[recording] = values;
         }
-        Self::at(problem, layout, point, part)
+        Some(Self::showing(problem, layout, point, model, part))
     }
 
     /// The sum of squares of one recording's whitened residual.
@@ -645,6 +659,13 @@ impl Tangent {
     pub fn and(mut self, more: Self) -> Self {
         self.recordings.extend(more.recordings);
         self
+    }
+
+    /// Standard deviation of one of a recording's own coordinates, nothing that is shared moving.
+    #[must_use]
+    pub fn local_deviation(&self, recording: usize, place: usize) -> Option<f64> {
+        let inverse = self.recordings[recording].local_normal()?.inverse();
+        Some(inverse[(place, place)].sqrt())
     }
 
     /// What one recording's own coordinates leave of a whitened residual, to first order.

@@ -62,7 +62,7 @@ pub fn found_model(diagnosis: &Diagnosis, name: &str) -> Model {
                 Scope::EachConfiguration => configuration.map(|number| problem.configurations[number].clone()),
                 Scope::Configuration(number) => Some(problem.configurations[number].clone()),
                 // A model has no recordings; its configuration is the nearest it can say.
-                Scope::Recordings(some) => {
+                Scope::Recordings(some) | Scope::EachRecording(some) => {
                     let mut of = some.iter().map(|number| problem.recordings[number].configuration);
                     let first = of.next();
                     first.filter(|first| of.all(|other| other == *first)).map(|one| problem.configurations[one].clone())
@@ -97,14 +97,17 @@ pub fn to_toml(diagnosis: &Diagnosis, name: &str) -> String {
                 super::words::listed(&twins, "or")
             );
         }
-        if let Some(own) = mechanism.parameters.iter().find(|parameter| parameter.is_of_each_impact()) {
+        let mut parameters = mechanism.parameters.iter().enumerate();
+        if let Some((_, own)) =
+            parameters.find(|(number, parameter)| parameter.is_of_each_impact() || entrant.is_by_recording(*number))
+        {
             let _ = writeln!(
                 text,
                 "# {}: every impact has its own {}; the one here is that of the first recording that it acts in.",
                 mechanism.id, own.name
             );
         }
-        if let Scope::Recordings(_) = entrant.scope {
+        if let Scope::Recordings(_) | Scope::EachRecording(_) = entrant.scope {
             let _ = writeln!(
                 text,
                 "# {}: found {}; a model knows configurations only.",

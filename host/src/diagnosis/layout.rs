@@ -59,6 +59,21 @@ impl Entrant {
         self.scope == Scope::EachConfiguration && mechanism.by_configuration.contains(&mechanism.parameters[place].name)
     }
 
+    /// Whether each recording that it acts in has a value of its own for this parameter.
+    #[must_use]
+    pub fn is_by_recording(&self, place: usize) -> bool {
+        let mechanism = self.effect.mechanism();
+        matches!(self.scope, Scope::EachRecording(_))
+            && mechanism.by_recording.contains(&mechanism.parameters[place].name)
+    }
+
+    /// Whether it has a value of its own for each impact or recording.
+    #[must_use]
+    pub fn is_loose(&self) -> bool {
+        matches!(self.scope, Scope::EachRecording(_))
+            || self.effect.mechanism().parameters.iter().any(Parameter::is_of_each_impact)
+    }
+
     /// Whether both have the same form of their mechanism, if it has several.
     #[must_use]
     pub fn has_form_of(&self, other: &Self) -> bool {
@@ -86,6 +101,8 @@ pub enum Scope {
     Configuration(usize),
     /// In these recordings.
     Recordings(Subset),
+    /// In these recordings, in each as it is there.
+    EachRecording(Subset),
 }
 
 impl Scope {
@@ -106,7 +123,7 @@ impl Scope {
         match self {
             Self::Everywhere | Self::EachConfiguration => true,
             Self::Configuration(number) => number == configuration,
-            Self::Recordings(some) => some.includes(recording),
+            Self::Recordings(some) | Self::EachRecording(some) => some.includes(recording),
         }
     }
 }
@@ -332,7 +349,8 @@ impl Layout {
                     globals.extend(configurations.map(|number| Coordinate { role: role(number), ..coordinate }));
                     continue;
                 }
-                if parameter.is_of_each_impact() { locals.push(coordinate) } else { globals.push(coordinate) }
+                let is_own = parameter.is_of_each_impact() || entrant.is_by_recording(place);
+                if is_own { locals.push(coordinate) } else { globals.push(coordinate) }
             }
         }
         Self { entrants, globals, locals, of_rig, offsets_as_seen: false }

@@ -1,8 +1,8 @@
 //! What the recordings show before contact is noise: how strong, and how coloured.
 //!
 //! An autoregressive model, e_t = Σ a_k·e_{t−k} + w_t, fitted to all quiet stretches together (Yule and Walker's equations, lags
-//! pooled over the stretches, each freed of its straight line: a zero that drifts is no noise, and taken for some it would hide whatever
-//! is as slow). Whitening with it makes the residual of a right model white with unit
+//! pooled over the stretches, each freed of its mean, or where they show one of its straight line: a zero that drifts is no noise, and
+//! taken for some it would hide whatever is as slow). Whitening with it makes the residual of a right model white with unit
 //! variance, so that a sum of squares is a χ².
 //!
 //! Source: G. E. P. Box, G. M. Jenkins, Time Series Analysis (1970), ch. 3.
@@ -13,6 +13,9 @@ use nalgebra::{DMatrix, DVector};
 const ORDER: usize = 6;
 /// Quiet samples for each coefficient, at least; else the noise counts as white.
 const SAMPLES_PER_COEFFICIENT: usize = 25;
+/// Straight lines through the quiet stretches that take less than this part of their squares are chance: of noise that goes together over
+/// twenty samples they take as much of some hundred.
+const DRIFTS: f64 = 0.05;
 
 /// An autoregressive noise model.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,15 +44,19 @@ impl Noise {
     /// `None` where there are too few samples to tell even the strength.
     #[must_use]
     pub fn of_quiet(stretches: &[impl AsRef<[f64]>], coloured: bool) -> Option<Self> {
+        let long = || stretches.iter().map(AsRef::as_ref).filter(|stretch| stretch.len() > 2 * ORDER);
+        let level: Vec<Vec<f64>> = long().map(beside_mean).collect();
+        let straight: Vec<Vec<f64>> = level.iter().map(|stretch| beside_line(stretch)).collect();
+        let squares = |all: &[Vec<f64>]| all.iter().flatten().map(|value| value * value).sum::<f64>();
+        let drifts = squares(&straight) < (1.0 - DRIFTS) * squares(&level);
         let mut covariance = [0.0; ORDER + 1];
         let mut samples = 0;
-        for stretch in stretches.iter().map(AsRef::as_ref).filter(|stretch| stretch.len() > 2 * ORDER) {
-            let stretch = beside_line(stretch);
+        for stretch in if drifts { &straight } else { &level } {
             for (lag, sum) in covariance.iter_mut().enumerate() {
-                *sum += stretch[lag..].iter().zip(&stretch).map(|(a, b)| a * b).sum::<f64>();
+                *sum += stretch[lag..].iter().zip(stretch).map(|(a, b)| a * b).sum::<f64>();
             }
-            // The line has taken two degrees of freedom.
-            samples += stretch.len() - 2;
+            // The mean has taken one degree of freedom, the line another.
+            samples += stretch.len() - 1 - usize::from(drifts);
         }
         if samples < 2 * ORDER {
             return None;
@@ -110,9 +117,13 @@ impl Noise {
     }
 }
 
-/// Evenly spaced values less the straight line through them.
-fn beside_line(values: &[f64]) -> Vec<f64> {
+fn beside_mean(values: &[f64]) -> Vec<f64> {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
+    values.iter().map(|value| value - mean).collect()
+}
+
+/// Evenly spaced values of mean zero less the straight line through them.
+fn beside_line(values: &[f64]) -> Vec<f64> {
     let from_middle = |place: usize| place as f64 - 0.5 * (values.len() - 1) as f64;
     let (mut along, mut square) = (0.0, 0.0);
     for (place, value) in values.iter().enumerate() {
@@ -120,7 +131,7 @@ fn beside_line(values: &[f64]) -> Vec<f64> {
         square += from_middle(place).powi(2);
     }
     let slope = along / square;
-    values.iter().enumerate().map(|(place, value)| value - mean - slope * from_middle(place)).collect()
+    values.iter().enumerate().map(|(place, value)| value - slope * from_middle(place)).collect()
 }
 
 #[cfg(test)]
@@ -157,9 +168,9 @@ pub(super) mod tests {
         let steady = coloured(2000, 3);
         let drifting = steady.iter().enumerate().map(|(place, value)| value + 1e-3 * place as f64).collect::<Vec<_>>();
         let [steady, drifting] = [steady, drifting].map(|values| Noise::of_quiet(&[values], true).unwrap());
-        assert!((drifting.rms() / steady.rms() - 1.0).abs() < 1e-9);
+        assert!((drifting.rms() / steady.rms() - 1.0).abs() < 1e-2, "{} {}", drifting.rms(), steady.rms());
         for (with, without) in drifting.coefficients.iter().zip(&steady.coefficients) {
-            assert!((with - without).abs() < 1e-9, "{with} {without}");
+            assert!((with - without).abs() < 2e-2, "{with} {without}");
         }
     }
 

@@ -60,7 +60,7 @@ const STILL: f64 = 20.0;
 const SPARE: f64 = 50.0;
 /// One that would be the best after so many steps like its last is followed until it converges, whoever leads.
 const SOON: f64 = 4.0;
-/// A form of a mechanism that is behind another one is followed in so many stretches, as long as it would overtake that soon.
+/// A fit is followed in so many stretches, as long as it may come near the best, or soon overtake another form of its mechanism.
 const STRETCHES: usize = 6;
 /// A signature of which more than this is imitated by re-tuning is mere re-tuning.
 const MERE_TUNING: f64 = 0.995;
@@ -93,8 +93,17 @@ struct Start {
     looks: usize,
 }
 
-/// Which mechanism, and whether everywhere: what is in some recordings only is tried beside what is in all.
-type Kind = (&'static str, bool);
+/// Which mechanism, and where: what is in some recordings only is tried beside what is in all.
+type Kind = (&'static str, Acts);
+
+/// Where a mechanism acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum Acts {
+    Everywhere,
+    InSome,
+    /// In some, in each with a value of its own.
+    InEach,
+}
 
 impl Start {
     fn kind(&self) -> Kind {
@@ -108,7 +117,12 @@ pub(super) fn added(fit: &Fit) -> &Entrant {
 }
 
 fn kind(entrant: &Entrant) -> Kind {
-    (entrant.effect.mechanism().id, entrant.scope == Scope::Everywhere)
+    let acts = match entrant.scope {
+        Scope::Everywhere => Acts::Everywhere,
+        Scope::EachRecording(_) => Acts::InEach,
+        Scope::EachConfiguration | Scope::Configuration(_) | Scope::Recordings(_) => Acts::InSome,
+    };
+    (entrant.effect.mechanism().id, acts)
 }
 
 /// Refits what scores best, best first. Above the cost `wanted` nothing matters.
@@ -208,7 +222,7 @@ fn in_turn(mut begun: Vec<Start>, all: f64, breadth: Breadth) -> Vec<Start> {
         let entrant = added(&begun[number].fit);
         let same = |other: &Start| other.kind() == kind && added(&other.fit).has_form_of(entrant);
         let of_same = taken.iter().filter(|other| same(&begun[**other])).count();
-        let most = if kind.1 { breadth.starts } else { 1 };
+        let most = if kind.1 == Acts::Everywhere { breadth.starts } else { 1 };
         let room = mechanisms.len() < breadth.refitted || mechanisms.contains(kind.0);
         if !taken.contains(&number) && of_same < most && room {
             mechanisms.insert(kind.0);
@@ -240,17 +254,28 @@ fn beside_stated(problem: &Problem, fit: &Fit, part: Part<'_>) -> Option<Fit> {
     fits.min_by(|a, b| a.cost.total_cmp(&b.cost))
 }
 
+/// What is followed until it converges.
+struct Candidate {
+    fit: Fit,
+    /// What its score promises to take off χ².
+    promised: f64,
+    /// A cost that it has to be about to fall below.
+    to_beat: f64,
+}
+
 /// A few iterations each, as long as there is hope; then who leads, who is about to, and who was promised to come near the best and has
-/// not yet, until they converge.
+/// not yet, in stretches, as long as each may still come near the best.
 fn finished(problem: &Problem, base: &Fit, mut starts: Vec<Start>, part: Part<'_>, wanted: f64) -> Vec<Trial> {
-    let run = |fit: Fit, effort: Effort| Fit::run(problem, fit.layout, fit.point, part, effort);
     let mut best = wanted;
     for look in 0..starts.iter().map(|start| start.looks).max().unwrap_or(0) {
         let more = |start: &Start| look < start.looks && may_still(base, &start.fit, start.promised, best);
         let looked = |start: Start| {
-            if more(&start) { Some(Start { fit: run(start.fit, Effort::LOOK)?, ..start }) } else { Some(start) }
+            if !more(&start) {
+                return start;
+            }
+            Start { fit: start.fit.further(problem, part, Effort::LOOK), ..start }
         };
-        starts = starts.into_par_iter().filter_map(looked).collect();
+        starts = starts.into_par_iter().map(looked).collect();
         best = starts.iter().map(|start| start.fit.cost).fold(best, f64::min);
     }
     let mut looked: Vec<(Trial, f64)> =
@@ -272,31 +297,26 @@ fn finished(problem: &Problem, base: &Fit, mut starts: Vec<Start>, part: Part<'_
         let ahead = looked[..rank].iter().find(|(other, _)| added(&other.fit).is_same_as(added(fit)));
         ahead.map_or(f64::INFINITY, |(other, _)| other.fit.cost)
     };
-    let followed = |mut fit: Fit, to_beat: f64| {
-        if to_beat == f64::INFINITY {
-            return run(fit, Effort::FULL);
-        }
-        for _ in 0..STRETCHES {
-            if fit.is_settled() || would_be(&fit) >= to_beat {
-                break;
-            }
-            fit = run(fit, Effort::AGAIN)?;
-        }
-        Some(fit)
+    let candidate = |(rank, (trial, promised)): (usize, &(Trial, f64))| {
+        let leads = rank < FINISHED || would_be(&trial.fit) < best || is_promised(base, *promised, best);
+        let to_beat = if leads { other_form(rank, &trial.fit) } else { f64::NEG_INFINITY };
+        Candidate { fit: trial.fit.clone(), promised: *promised, to_beat }
     };
-    let mut trials: Vec<Trial> = looked
-        .par_iter()
-        .enumerate()
-        .filter_map(|(rank, (trial, promised))| {
-            let leads = rank < FINISHED || would_be(&trial.fit) < best || is_promised(base, *promised, best);
-            if leads && may_still(base, &trial.fit, *promised, best) {
-                let to_beat = other_form(rank, &trial.fit);
-                Some(Trial::new(problem, followed(trial.fit.clone(), to_beat)?))
-            } else {
-                Some(trial.clone())
+    let mut candidates: Vec<Candidate> = looked.iter().enumerate().map(candidate).collect();
+    for _ in 0..STRETCHES {
+        let goes_on = |Candidate { fit, promised, to_beat }: &Candidate| {
+            would_be(fit) < *to_beat && may_still(base, fit, *promised, best)
+        };
+        let followed = |candidate: Candidate| {
+            if !goes_on(&candidate) {
+                return candidate;
             }
-        })
-        .collect();
+            Candidate { fit: candidate.fit.further(problem, part, Effort::AGAIN), ..candidate }
+        };
+        candidates = candidates.into_par_iter().map(followed).collect();
+        best = candidates.iter().map(|candidate| candidate.fit.cost).fold(best, f64::min);
+    }
+    let mut trials: Vec<Trial> = candidates.into_iter().map(|candidate| Trial::new(problem, candidate.fit)).collect();
     trials.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     let mut once: HashSet<(&str, Scope)> = HashSet::new();
     trials.retain(|trial| {
@@ -323,7 +343,7 @@ fn unpromised(problem: &Problem, base: &Fit, scores: &[Screened], begun: &[Start
     // What was begun in some recordings only is silent about all.
     let is_begun = |id: &str| {
         let mut kinds = begun.iter().map(Start::kind);
-        kinds.any(|(begun, everywhere)| begun == id && (everywhere || scope != Scope::Everywhere))
+        kinds.any(|(begun, acts)| begun == id && (acts == Acts::Everywhere || scope != Scope::Everywhere))
     };
     let mut silent: Vec<&'static Mechanism> = Vec::new();
     for score in scores {
@@ -380,7 +400,8 @@ fn promising<'a>(base: &Fit, scores: &'a [Screened], breadth: Breadth) -> Vec<&'
     let mut order: Vec<&Screened> = scores.iter().filter(|score| score.z >= LEAST_SCORE || relieves(score)).collect();
     order.sort_by(|a, b| b.z.total_cmp(&a.z));
     let id = |score: &Screened| kind(&score.entrant).0;
-    let everywhere = |score: &Screened| kind(&score.entrant).1;
+    let acts = |score: &Screened| kind(&score.entrant).1;
+    let everywhere = |score: &Screened| acts(score) == Acts::Everywhere;
     let mut chosen: Vec<&Screened> = Vec::new();
     let mut mechanisms: HashSet<&str> = HashSet::new();
     for score in &order {
@@ -392,7 +413,7 @@ fn promising<'a>(base: &Fit, scores: &'a [Screened], breadth: Breadth) -> Vec<&'
             // Only where it says clearly more than the same everywhere would.
             let same = order.iter().filter(|other| id(other) == id(score) && everywhere(other));
             let most = same.map(|other| other.z).fold(0.0, f64::max);
-            of_same().all(|other| everywhere(other)) && score.z * score.z > most * most + CLEARLY_MORE
+            of_same().all(|other| acts(other) != acts(score)) && score.z * score.z > most * most + CLEARLY_MORE
         };
         let room = mechanisms.len() < breadth.tried || mechanisms.contains(id(score));
         if take && room {

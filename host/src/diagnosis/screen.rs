@@ -108,8 +108,11 @@ pub fn screen(
                 tried = effect.clone();
             }
             if in_some {
-                scopes.extend(projection.touched(&signature).map(Scope::Recordings));
+                let signs: &[f64] = if either_sign(effect) { &[1.0, -1.0] } else { &[1.0] };
+                let touched = signs.iter().filter_map(|sign| projection.touched(&signature, *sign));
+                scopes.extend(touched.map(Scope::Recordings));
             }
+            let each = projection.each(effect.mechanism(), &signature, &tried);
             scopes
                 .into_iter()
                 .filter_map(|scope| {
@@ -133,6 +136,7 @@ pub fn screen(
                         start: *start,
                     })
                 })
+                .chain(each.map(|screened| Screened { start: *start, ..screened }))
                 .collect()
         })
         .collect::<Vec<Vec<Screened>>>()
@@ -165,19 +169,12 @@ impl Score {
 }
 
 impl Projection<'_> {
-    /// The recordings that ask for a signature by themselves, all with one strength: the one that asks loudest, and as many more as each
-    /// takes off more than its choice costs. `None`: none, or more than half of them.
-    fn touched(&self, signature: &[Vec<f64>]) -> Option<Subset> {
+    /// The recordings that ask for a signature of this sign by themselves, all with one strength: the one that asks loudest, and as many
+    /// more as each takes off more than its choice costs. `None`: none, or more than half of them.
+    fn touched(&self, signature: &[Vec<f64>], sign: f64) -> Option<Subset> {
         let count = signature.len();
-        let asks: Vec<(f64, f64)> = signature
-            .iter()
-            .zip(&self.gradients.1)
-            .enumerate()
-            .map(|(number, (values, gradient))| {
-                let (along, products) = self.tangent.local_scores(number, &[values], self.fit, gradient);
-                (along[0], products[(0, 0)])
-            })
-            .collect();
+        let asks: Vec<(f64, f64)> =
+            self.asks(signature).into_iter().map(|(along, square)| (sign * along, square)).collect();
         let loudness = |(along, square): (f64, f64)| if square > 0.0 { along * along.abs() / square } else { 0.0 };
         let loudest = (0..count).max_by(|a, b| loudness(asks[*a]).total_cmp(&loudness(asks[*b])))?;
         let choice = 2.0 * (count as f64).ln();
@@ -196,6 +193,55 @@ impl Projection<'_> {
             some = now;
         }
         (2 * some.len() <= count).then(|| some.into_iter().collect())
+    }
+
+    /// A mechanism of which each recording may have its own value, in those that ask for any of it by more than it costs, each with the
+    /// strength that it asks for. `None`: the mechanism is none of these, or none asks.
+    fn each(&self, mechanism: &Mechanism, signature: &[Vec<f64>], tried: &Effect) -> Option<Screened> {
+        if !mechanism.by_recording.contains(&mechanism.parameters[0].name) || !has_usual_form(tried) {
+            return None;
+        }
+        let count = signature.len() as f64;
+        let price = 2.0 * count.ln() + (self.problem.rows() as f64 / count).ln();
+        let strengths: Vec<f64> = self
+            .asks(signature)
+            .into_iter()
+            .map(|(along, square)| if along.powi(2) > price * square { along / square } else { 0.0 })
+            .collect();
+        let some: Subset = (0..strengths.len()).filter(|number| strengths[*number] != 0.0).collect();
+        if some.is_empty() {
+            return None;
+        }
+        let scope = Scope::EachRecording(some);
+        let all: Vec<Vec<f64>> = signature
+            .iter()
+            .zip(&strengths)
+            .map(|(values, strength)| values.iter().map(|value| value * strength).collect())
+            .collect();
+        let score = self.score(&all, scope)?;
+        let times = (score.z / score.visible).max(0.0);
+        let own = strengths.iter().map(|strength| strength * times * tried.value(0)).collect();
+        Some(Screened {
+            entrant: Entrant { effect: tried.clone(), scope, own },
+            z: score.gain(times).max(0.0).sqrt(),
+            absorbed: score.absorbed,
+            visible: score.visible,
+            tried: tried.clone(),
+            beside: self.fit.layout.moved(&self.fit.point, &score.imitation, -times),
+            start: 0,
+        })
+    }
+
+    /// How each recording goes along with a signature, and the signature's square there, both freed of what the recording's own coordinates
+    /// can do.
+    fn asks(&self, signature: &[Vec<f64>]) -> Vec<(f64, f64)> {
+        let recordings = signature.iter().zip(&self.gradients.1).enumerate();
+        recordings
+            .map(|(number, (values, gradient))| {
+                let (along, products) = self.tangent.local_scores(number, &[values], self.fit, gradient);
+                (along[0], products[(0, 0)])
+            })
+            .collect()
     }
 
     /// `None`: nothing of it can be seen there.

@@ -15,7 +15,7 @@
 use nalgebra::DVector;
 use statrs::distribution::{ChiSquared, ContinuousCDF as _};
 use statrs::function::factorial::ln_binomial;
-use thud_sim::mechanism::{Effect, Mechanism, Parameter};
+use thud_sim::mechanism::{Effect, Mechanism};
 
 use super::candidate::Reach;
 use super::coincidence::is_coincidence;
@@ -155,7 +155,7 @@ fn choices(problem: &Problem, layout: &Layout) -> f64 {
     let of_scope = |scope| match scope {
         Scope::Everywhere | Scope::EachConfiguration => 0.0,
         Scope::Configuration(_) => 2.0 * (recordings as f64).ln(),
-        Scope::Recordings(some) => {
+        Scope::Recordings(some) | Scope::EachRecording(some) => {
             2.0 * ((recordings as f64).ln() + ln_binomial(recordings, (some.len() as u64).min(recordings)))
         }
     };
@@ -167,7 +167,7 @@ fn choices(problem: &Problem, layout: &Layout) -> f64 {
 #[must_use]
 pub fn by_chance(problem: &Problem, baseline: &Fit, fit: &Fit) -> Option<f64> {
     let layout = &fit.layout;
-    if layout.entrants.iter().any(|entrant| is_loose(entrant.effect.mechanism())) {
+    if layout.entrants.iter().any(Entrant::is_loose) {
         return None;
     }
     let fall = baseline.cost - fit.cost - choices(problem, layout);
@@ -245,6 +245,7 @@ pub fn select(
         to_beat: f64::INFINITY,
         screened: Vec::new(),
         rivals: Vec::new(),
+        met: Vec::new(),
     };
     let here = selecting.settled(selecting.retuned.clone(), progress)?;
     let here = selecting.revised(here, progress)?;
@@ -268,6 +269,17 @@ struct Selecting<'a> {
     /// Scores against the baseline.
     screened: Vec<Screened>,
     rivals: Vec<(usize, Trial)>,
+    /// Rivals that were found before.
+    met: Vec<Met>,
+}
+
+/// The rivals of one mechanism of a model.
+struct Met {
+    /// The model's mechanisms and its χ².
+    entrants: Vec<Entrant>,
+    cost: f64,
+    place: usize,
+    rivals: Vec<Trial>,
 }
 
 impl Selecting<'_> {
@@ -299,11 +311,12 @@ impl Selecting<'_> {
         (self.retuned.trial.fit.cost - trial.fit.cost).max(0.0)
     }
 
-    /// BIC, and what each mechanism with a value of its own for each impact has to be worth beside one without: such a value bends to
-    /// whatever differs from recording to recording, and no rig is quite like its equations.
+    /// BIC, and what each mechanism with a value of its own for each impact has to be worth beside one without, or one that lasts and
+    /// would have to choose its recordings: they bend to whatever differs from recording to recording, and no rig is quite like its
+    /// equations.
     fn burden(&self, trial: &Trial) -> f64 {
-        let loose = trial.fit.layout.entrants.iter().filter(|entrant| is_loose(entrant.effect.mechanism())).count();
-        trial.bic + loose as f64 * FURTHER * self.gained(trial)
+        let loose = trial.fit.layout.entrants.iter().filter(|entrant| entrant.is_loose()).count();
+        trial.bic + (loose + trial.coincidences.len()) as f64 * FURTHER * self.gained(trial)
     }
 
     /// Whether the baseline had not converged: what falls with a model's only mechanism falls without it as well. Then that is the baseline.
@@ -331,6 +344,13 @@ impl Selecting<'_> {
             here = self.exchanged(here)?;
             if here.has(&grown) {
                 break;
+            }
+            // Beside another one it may not be needed any more.
+            let needed = self.needed(here.clone())?;
+            if needed.mechanisms() < here.mechanisms() {
+                self.rivals.clear();
+                (0..needed.mechanisms()).for_each(|place| self.find_rivals(&needed, place));
+                here = needed;
             }
         }
         Some(here)
@@ -388,10 +408,10 @@ impl Selecting<'_> {
     fn steadied(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
         let mut here = from;
         for entrant in here.entrants().to_vec() {
-            let loose = entrant.effect.mechanism();
-            if !is_loose(loose) || !here.entrants().contains(&entrant) {
+            if !entrant.is_loose() || !here.entrants().contains(&entrant) {
                 continue;
             }
+            let loose = entrant.effect.mechanism();
             progress("do steadier ones do as well");
             let others: Vec<_> = self.mechanisms.iter().copied().filter(|other| other.id != loose.id).collect();
             let retuned = self.retuned.clone();
@@ -402,6 +422,7 @@ impl Selecting<'_> {
                 to_beat: self.burden(&here.trial),
                 screened: Vec::new(),
                 rivals: Vec::new(),
+                met: Vec::new(),
                 ..*self
             };
             let mut steadier = without.settled(without.retuned.clone(), progress)?;
@@ -493,7 +514,7 @@ impl Selecting<'_> {
         let misses = |trial: &Trial| {
             trial.fit.cost + choices(self.problem, &trial.fit.layout) + 2.0 * trial.fit.layout.parameters() as f64
         };
-        let is_steady = |trial: &Trial| !is_loose(added(&trial.fit).effect.mechanism());
+        let is_steady = |trial: &Trial| !added(&trial.fit).is_loose() && trial.coincidences.is_empty();
         let as_many = |trial: &Trial| trial.fit.layout.entrants.len() == from.mechanisms();
         let better = self
             .rivals
@@ -519,12 +540,24 @@ impl Selecting<'_> {
 
     /// Refits the others in the place of one mechanism.
     fn find_rivals(&mut self, here: &Standing, place: usize) {
-        let Some(fewer) = here.fewer[place].as_ref().map(|fewer| &fewer.fit) else { return };
-        let Some(tangent) = fewer.tangent(self.problem, self.part) else { return };
+        let cost = here.trial.fit.cost;
+        let is_met = |met: &Met| met.place == place && met.cost == cost && met.entrants == here.entrants();
+        let known = self.met.iter().position(is_met).or_else(|| {
+            let rivals = self.instead_of(here, place)?;
+            self.met.push(Met { entrants: here.entrants().to_vec(), cost, place, rivals });
+            Some(self.met.len() - 1)
+        });
+        let rivals = known.map_or(&[][..], |known| &self.met[known].rivals);
+        self.rivals.extend(rivals.iter().map(|trial| (place, trial.clone())));
+    }
+
+    /// The others in the place of one mechanism, refitted.
+    fn instead_of(&self, here: &Standing, place: usize) -> Option<Vec<Trial>> {
+        let fewer = here.fewer[place].as_ref().map(|fewer| &fewer.fit)?;
+        let tangent = fewer.tangent(self.problem, self.part)?;
         let rest = omnibus(self.problem, fewer, &tangent);
         let scores = self.scores(fewer, &tangent, &here.trial.fit);
-        let rivals = refit(self.problem, fewer, &scores, rest, Breadth::INSTEAD, self.part, here.trial.fit.cost);
-        self.rivals.extend(rivals.into_iter().map(|trial| (place, trial)));
+        Some(refit(self.problem, fewer, &scores, rest, Breadth::INSTEAD, self.part, here.trial.fit.cost))
     }
 
     /// What a mechanism of the model is a kind of, or what is a kind of it, begins where that one has come to: it can hardly be worse.
@@ -535,7 +568,11 @@ impl Selecting<'_> {
             let effect = layout.effect(self.problem, place, &here.trial.fit.point);
             for other in remaining(self.mechanisms, &here.trial.fit) {
                 let differs = entrant.scope == Scope::EachConfiguration;
-                if !is_kin(effect.mechanism(), other) || (differs && other.by_configuration.is_empty()) {
+                let is_own = matches!(entrant.scope, Scope::EachRecording(_));
+                if !is_kin(effect.mechanism(), other)
+                    || (differs && other.by_configuration.is_empty())
+                    || (is_own && other.by_recording.is_empty())
+                {
                     continue;
                 }
                 let begun = Entrant { effect: with_values_of(other, &effect), ..entrant.clone() };
@@ -554,11 +591,15 @@ impl Selecting<'_> {
     }
 
     /// A model whose last mechanism may be another in each configuration, if it is better by as much as a further mechanism has to
-    /// be.
+    /// be; at all, where it has been another in each recording.
     fn differing(&self, here: Standing) -> Option<Standing> {
         let trial = self.differently(here.trial.clone());
-        let enough = if here.asks() { ENOUGH } else { UNASKED } + FURTHER * self.gained(&here.trial);
-        if here.trial.bic - trial.bic < enough { Some(here) } else { Standing::of(self.problem, trial, self.part) }
+        let enough = match added(&here.trial.fit).scope {
+            Scope::EachRecording(_) => 0.0,
+            _ if here.asks() => ENOUGH + FURTHER * self.gained(&here.trial),
+            _ => UNASKED + FURTHER * self.gained(&here.trial),
+        };
+        if here.trial.bic - trial.bic <= enough { Some(here) } else { Standing::of(self.problem, trial, self.part) }
     }
 
     /// The same with that, if it is any better.
@@ -566,9 +607,10 @@ impl Selecting<'_> {
         let layout = &trial.fit.layout;
         let mut entrants = layout.entrants.clone();
         let may_differ = |entrant: &&mut Entrant| {
-            let is_of_recordings = matches!(entrant.scope, Scope::Recordings(_) | Scope::EachConfiguration);
             let may_differ = !entrant.effect.mechanism().by_configuration.is_empty();
-            may_differ && !is_of_recordings && self.problem.configurations.len() > 1
+            may_differ
+                && matches!(entrant.scope, Scope::Everywhere | Scope::Configuration(_) | Scope::EachRecording(_))
+                && self.problem.configurations.len() > 1
         };
         let Some(last) = entrants.last_mut().filter(may_differ) else { return trial };
         let effect = layout.effect(self.problem, layout.entrants.len() - 1, &trial.fit.point);
@@ -598,13 +640,7 @@ impl Selecting<'_> {
 
 /// Whether one of a model's mechanisms has a value of its own for each impact.
 fn is_loose_model(trial: &Trial) -> bool {
-    trial.fit.layout.entrants.iter().any(|entrant| is_loose(entrant.effect.mechanism()))
-}
-
-/// Whether a mechanism has a value of its own for each impact.
-#[must_use]
-pub fn is_loose(mechanism: &Mechanism) -> bool {
-    mechanism.parameters.iter().any(Parameter::is_of_each_impact)
+    trial.fit.layout.entrants.iter().any(Entrant::is_loose)
 }
 
 /// Whether of two mechanisms at one site one has all parameters of the other, and more: it is more general.

@@ -11,7 +11,7 @@ use thud_sim::mechanism::{Parameter, Scale};
 
 use super::fit::Fit;
 use super::layout::{Entrant, coordinate_of, value_of};
-use super::select::{Selection, Trial, WITHIN_REACH, is_loose};
+use super::select::{Selection, Trial, WITHIN_REACH};
 
 /// A rest is significant from here, in standard deviations of the omnibus test.
 pub const SIGNIFICANT: f64 = 6.0;
@@ -237,13 +237,13 @@ fn within_reach(selection: &Selection, place: usize) -> impl Iterator<Item = (&'
     let mechanism = |entrant: &Entrant| entrant.effect.mechanism();
     let in_place = move |(of, trial): &&(usize, Trial)| *of == place && trial.fit.layout.entrants.len() == chosen.len();
     // The chosen one need not have the lowest BIC; what bends to each impact has no say in it.
-    let is_steady = |trial: &Trial| trial.fit.layout.entrants.iter().all(|entrant| !is_loose(mechanism(entrant)));
+    let is_steady = |trial: &Trial| !trial.fit.layout.entrants.iter().any(Entrant::is_loose);
     let steady = selection.rivals.iter().filter(in_place).filter(|(_, trial)| is_steady(trial));
     let lowest = steady.map(|(_, trial)| trial.bic).fold(*bic, f64::min);
     selection.rivals.iter().filter(in_place).filter_map(move |(_, trial)| {
-        let mut others = trial.fit.layout.entrants.iter().map(mechanism);
-        let other = others.find(|other| chosen.iter().all(|chosen| mechanism(chosen).id != other.id))?;
-        let as_good = !is_loose(other) && trial.fit.cost - best.cost < AS_GOOD;
-        (as_good || trial.bic - lowest < reach).then_some((other.id, trial))
+        let mut others = trial.fit.layout.entrants.iter();
+        let other = others.find(|other| chosen.iter().all(|chosen| mechanism(chosen).id != mechanism(other).id))?;
+        let as_good = !other.is_loose() && trial.fit.cost - best.cost < AS_GOOD;
+        (as_good || trial.bic - lowest < reach).then_some((mechanism(other).id, trial))
     })
 }
