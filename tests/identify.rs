@@ -607,7 +607,7 @@ fn two_drives_of_a_real_robot_carry_one_parameter_and_no_more() {
     let drives = |controller: &str, mass: Estimate| -> Option<Loaded> {
         let mut loaded =
             recorded(linear, &Plan { masses: vec![6.0], repeats: 1, speeds: vec![0.1, 0.25], ..Plan::default() });
-        loaded.campaign.chain.full_scale = 3000.0;
+        loaded.campaign.chain.full_scale = Some(3000.0);
         for (number, speed) in ["0.10", "0.25"].iter().enumerate() {
             let file = format!("ur10e_direct_contact/force_{controller}_v{speed}.csv");
             loaded.recordings[number] = thud::recording::read(&shared_recordings::find(&file)?).unwrap();
