@@ -23,6 +23,10 @@ use crate::rig::{Assembly, Deformation, ForceLaw, Response};
 /// No pad softens below this part of its stiffness: a logarithm has no bottom.
 const SOFTEST: f64 = 0.1;
 
+/// Nor below this by the rate at each instant, which takes up to half of the stiffness from the force's slope where the robot turns: a force that
+/// falls with depth has no balance behind a spring.
+const SOFTEST_AT_ONCE: f64 = SOFTEST + 0.5;
+
 /// Below this speed the pad is pressed, not hit, and its stiffness falls no further, m/s.
 const SLOWEST_M_PER_S: f64 = 0.005;
 
@@ -121,8 +125,8 @@ impl ForceLaw for Instantaneous {
         // The square of the rate over that at first contact, with what keeps a logarithm from having no bottom.
         let square = 1.0 - part * part + 2.0 * self.per_e_fold.abs();
         let factor = self.per_e_fold * (self.e_folds + 0.5 * square.ln());
-        if factor < SOFTEST - 1.0 {
-            let softest = (SOFTEST - 1.0) * stiffness;
+        if factor < SOFTEST_AT_ONCE - 1.0 {
+            let softest = (SOFTEST_AT_ONCE - 1.0) * stiffness;
             return Response {
                 force_n: softest * deformation.depth_m,
                 stiffness_n_per_m: softest,

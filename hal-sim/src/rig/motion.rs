@@ -36,13 +36,17 @@ const PIECE_DRAG_NS_PER_M: f64 = 1e-5;
 /// than 10⁻⁶ of itself.
 const CLOSING_RADIANS: f64 = 1e-3;
 
-/// The fastest that a creeping piece may find its balance to be followed by an exponential, 1/s: its seventh derivative
-/// is then still above rounding.
-const STIFFEST_PER_S: f64 = 1e6;
+/// The fastest that a creeping piece may find its balance to be followed by an exponential, 1/s: it begins with steps that much shorter
+/// and doubles rounding with them, to 10⁻⁷ N over a contact.
+const STIFFEST_PER_S: f64 = 1e8;
 
 /// How fast a creeping piece has to find its balance for its own velocity to count no more than half in the question
 /// whether it slides, 1/s.
 const FAST_PER_S: f64 = 1e5;
+
+/// How much faster than the swing of a piece something may decay for an explicit method to be the quicker one: that needs 9 evaluations for
+/// half a radian, or for 4 of what decays, the implicit one some 70 for a radian.
+const MILDLY_STIFF: f64 = 20.0;
 
 /// What rounding makes of the balance of forces on a massless piece, N.
 const ROUNDING_N: f64 = 1e-9;
@@ -409,9 +413,26 @@ impl System {
         self.assembly.drives.len() > waiting
     }
 
-    /// Whether the equations of this form are stiff: a massless piece that finds its balance, or bristles that bend.
+    /// Whether the equations of this form are stiff: a massless piece that finds its balance, or bristles that forget much faster than a
+    /// heavy piece swings.
     pub(super) fn is_stiff(&self, mode: &Mode) -> bool {
-        mode.guiding == Guiding::Bending || (self.form == PieceForm::Creeping && mode.touching)
+        let Assembly { guide, spring, pad, piece, approach, .. } = &self.assembly;
+        let forgets_fast = || {
+            let Some(piece) = piece else { return true };
+            let bristles = guide.holding_n(0.0) / guide.presliding_m;
+            let stiffness = spring.stiffness_n_per_m + pad.as_ref().map_or(0.0, |pad| pad.stiffness_n_per_m) + bristles;
+            let forgetting_per_s = approach.speed_m_per_s.abs() / guide.presliding_m;
+            forgetting_per_s > MILDLY_STIFF * (stiffness / piece.mass_kg).sqrt()
+        };
+        match mode.guiding {
+            Guiding::Bending => forgets_fast(),
+            _ => self.form == PieceForm::Creeping && mode.touching,
+        }
+    }
+
+    /// Whether what the cell feels may swing when the robot has gone.
+    pub(super) fn swings(&self) -> bool {
+        self.form == PieceForm::Massive || self.layout.frame.is_some()
     }
 
     /// Absolute tolerances of the states for a tolerance of the force at the cell.

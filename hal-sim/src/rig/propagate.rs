@@ -17,6 +17,12 @@ const SERIES_TERMS: u32 = 12;
 /// max|∏(x − k/6)|·h⁷·|y⁗‴|/7!, and the product is largest near the middle of the outer intervals: 2.9·10⁻⁴.
 const NODES_PRODUCT: f64 = 2.9e-4 / 5040.0;
 
+/// A step's nodes are so many intervals apart.
+const INTERVALS: f64 = (MOST_NODES - 1) as f64;
+
+/// A longer step is looked at after so many steps at least.
+const MOST_PATIENCE: usize = 32;
+
 /// The part of the tolerance that the polynomial may use.
 const SHARE: f64 = 0.2;
 
@@ -32,6 +38,11 @@ pub(super) struct Propagator<const N: usize> {
     /// The shortest δ of the ladder, s, and for it and each doubling e^(Aδ) and ψ(δ).
     shortest_s: f64,
     rungs: Vec<(Matrix<N>, [f64; N])>,
+    /// The rung of the last step.
+    taken: usize,
+    /// In how many steps a longer one is looked at again, and how many it was after the last look in vain.
+    waits: usize,
+    patience: usize,
     absolute: [f64; N],
     relative: f64,
     stop_s: f64,
@@ -78,6 +89,9 @@ impl<const N: usize> Propagator<N> {
             constant,
             shortest_s,
             rungs: vec![first],
+            taken: 0,
+            waits: 0,
+            patience: 1,
             absolute,
             relative,
             stop_s,
@@ -90,10 +104,47 @@ impl<const N: usize> Propagator<N> {
 
     /// Goes on by one step.
     pub(super) fn step(&mut self) {
+        let state = self.nodes[MOST_NODES - 1];
+        let foretold = self.rung(&state);
         self.from_s = self.to_s;
-        let mut state = self.nodes[MOST_NODES - 1];
-        let intervals = (MOST_NODES - 1) as f64;
-        let rung = self.rung(&state, intervals);
+        let longest = ((self.stop_s - self.from_s) / INTERVALS / self.shortest_s).log2().floor().max(0.0) as usize;
+        self.waits = self.waits.saturating_sub(1);
+        let wanted = (self.taken + usize::from(self.waits == 0)).min(longest);
+        let mut rung = wanted;
+        while rung > foretold && !self.try_rung(&state, rung) {
+            rung -= 1;
+        }
+        if rung <= foretold {
+            rung = foretold;
+            self.follow(&state, rung);
+        }
+        if rung < wanted {
+            // What rings is foretold as it is: ever more seldom it is worth a look.
+            self.patience = (2 * self.patience).min(MOST_PATIENCE);
+            self.waits = self.patience;
+        } else if rung > foretold {
+            self.patience = 1;
+        }
+        self.taken = rung;
+        self.to_s = self.from_s + INTERVALS * self.shortest_s * (rung as f64).exp2();
+    }
+
+    /// Steps along a rung; whether the polynomial meets the states between the outer nodes.
+    fn try_rung(&mut self, state: &[f64; N], rung: usize) -> bool {
+        self.follow(state, rung);
+        let between = |node: usize| self.along(&self.nodes[node], rung - 1);
+        let meets = |node: usize| {
+            let (exact, met) = (between(node), self.at((node as f64 + 0.5) / INTERVALS));
+            (0..N).all(|place| {
+                let error = SHARE * (self.absolute[place] + self.relative * exact[place].abs());
+                (exact[place] - met[place]).abs() <= error
+            })
+        };
+        meets(0) && meets(MOST_NODES - 2)
+    }
+
+    /// Nodes along a rung, and the polynomial through them.
+    fn follow(&mut self, state: &[f64; N], rung: usize) {
         while self.rungs.len() <= rung {
             let (transition, gain) = &self.rungs[self.rungs.len() - 1];
             let mut twice = apply(transition, gain);
@@ -101,16 +152,13 @@ impl<const N: usize> Propagator<N> {
             let squared = product(transition, transition);
             self.rungs.push((squared, twice));
         }
-        let (transition, gain) = &self.rungs[rung];
-        for node in &mut self.nodes {
-            *node = state;
-            state = apply(transition, &state);
-            state.iter_mut().zip(gain).for_each(|(state, gain)| *state += gain);
+        self.nodes[0] = *state;
+        for node in 1..MOST_NODES {
+            self.nodes[node] = self.along(&self.nodes[node - 1], rung);
         }
-        self.to_s = self.from_s + intervals * self.shortest_s * (rung as f64).exp2();
         self.differences = self.nodes;
         for order in 1..MOST_NODES {
-            let over = intervals / order as f64;
+            let over = INTERVALS / order as f64;
             for node in (order..MOST_NODES).rev() {
                 for state in 0..N {
                     self.differences[node][state] =
@@ -120,19 +168,27 @@ impl<const N: usize> Propagator<N> {
         }
     }
 
-    /// The rung whose step is short enough for its polynomial and no longer than needed.
-    fn rung(&self, state: &[f64; N], intervals: f64) -> usize {
+    /// The state after one of these.
+    fn along(&self, state: &[f64; N], rung: usize) -> [f64; N] {
+        let (transition, gain) = &self.rungs[rung];
+        let mut after = apply(transition, state);
+        after.iter_mut().zip(gain).for_each(|(after, gain)| *after += gain);
+        after
+    }
+
+    /// The rung whose step is short enough for its polynomial and no longer than needed, by the derivatives here.
+    fn rung(&self, state: &[f64; N]) -> usize {
         let mut rate = apply(&self.rates, state);
         rate.iter_mut().zip(&self.constant).for_each(|(rate, constant)| *rate += constant);
         let (seventh, eighth) = (apply(&self.sixth, &rate), apply(&self.seventh, &rate));
-        let mut longest_s = self.stop_s - self.from_s;
+        let mut longest_s = self.stop_s - self.to_s;
         for place in 0..N {
             let error = SHARE * (self.absolute[place] + self.relative * state[place].abs()) / NODES_PRODUCT;
             // Of an oscillation at least one of both is not near zero.
             longest_s = longest_s.min((error / seventh[place].abs()).powf(1.0 / 7.0));
             longest_s = longest_s.min((error / eighth[place].abs()).powf(1.0 / 8.0));
         }
-        (longest_s / intervals / self.shortest_s).log2().floor().max(0.0) as usize
+        (longest_s / INTERVALS / self.shortest_s).log2().floor().max(0.0) as usize
     }
 
     /// Begin and end of the last step.
@@ -147,10 +203,14 @@ impl<const N: usize> Propagator<N> {
 
     /// The states within the last step.
     pub(super) fn interpolate(&self, time_s: f64) -> [f64; N] {
-        let part = (time_s - self.from_s) / (self.to_s - self.from_s);
+        self.at((time_s - self.from_s) / (self.to_s - self.from_s))
+    }
+
+    /// The polynomial after a part of the step.
+    fn at(&self, part: f64) -> [f64; N] {
         let mut state = self.differences[MOST_NODES - 1];
         for node in (0..MOST_NODES - 1).rev() {
-            let factor = part - node as f64 / (MOST_NODES - 1) as f64;
+            let factor = part - node as f64 / INTERVALS;
             for (value, difference) in state.iter_mut().zip(&self.differences[node]) {
                 *value = *value * factor + difference;
             }

@@ -65,6 +65,9 @@ const DENSE: [[f64; STAGES - 1]; 2] = [
 /// step's own estimate does not see, is as exact.
 const STEP_RADIANS: f64 = 0.1;
 
+/// And where the robot has gone, and what creeps home does not swing.
+const LEFT_RADIANS: f64 = 1.0;
+
 /// By how much the estimate may be above the tolerance: it is the error of the companion of order 3, which that of the
 /// step itself is far below.
 const COMPANION: f64 = 3.0;
@@ -102,7 +105,8 @@ impl<const N: usize> Rosenbrock<N> {
         (relative, finer): (f64, f64),
         tolerances: &[f64; MOST_STATES],
     ) -> Self {
-        let longest_s = STEP_RADIANS * finer.powf(0.25) / system.pulsation_per_s();
+        let radians = if mode.touching || system.swings() { STEP_RADIANS } else { LEFT_RADIANS };
+        let longest_s = radians * finer.powf(0.25) / system.pulsation_per_s();
         let mut absolute = [0.0; N];
         absolute.copy_from_slice(&tolerances[..N]);
         let mut rates = [0.0; N];
