@@ -11,6 +11,7 @@ use thud_sim::mechanism::Search;
 
 use super::fit::{Effort, Fit, Tangent};
 use super::layout::{Layout, Point, Role};
+use super::predict::bends;
 use super::problem::{Prepared, Problem, Samples};
 use super::select::{Selection, Trial};
 use super::verdict::{IMPOSSIBLE, Verdict, twins};
@@ -240,6 +241,7 @@ fn separation(
         recordings: vec![Prepared {
             name: String::new(),
             file: String::new(),
+            bends: bends(&times_s),
             times_s: times_s.clone(),
             series,
             quiet: Vec::new(),

@@ -33,6 +33,8 @@ const FORETOLD: f64 = 0.25;
 const MOST_TRIES: usize = 7;
 /// How strongly the first step is damped.
 const DAMPING: f64 = 1e-3;
+/// Further steps along one tangent, as long as each gains: a tangent costs as much as some thirty of them.
+const CORRECTIONS: usize = 3;
 /// Whitened residuals beyond this count as a spike: they pull with a constant force only (P. J. Huber, 1964).
 const SPIKE: f64 = 8.0;
 
@@ -525,7 +527,6 @@ impl Fit {
         let (gradient, local_gradients) = self.gradients(problem, tangent, part);
         let products = self.pulling(tangent, part).products();
         let whole = effort.globals && effort.nuisances;
-        let series = Series::of(problem, &self.layout).filter(|_| whole);
         for _ in 0..MOST_TRIES {
             let Some(normal) = products.factorised(*damping, effort.globals) else {
                 *damping *= 10.0;
@@ -537,31 +538,50 @@ impl Fit {
             if whole && gradient.dot(&step.globals) + along_locals < FORETOLD * small_gain(self.cost) {
                 return None;
             }
-            let mut moved = self.point.clone();
-            if effort.globals {
-                for (place, coordinate) in self.layout.globals.iter().enumerate() {
-                    moved.globals[place] = coordinate.moved(moved.globals[place], step.globals[place]);
-                }
-            }
-            for (number, recording) in part.iter().enumerate() {
-                for (place, coordinate) in self.layout.locals.iter().enumerate() {
-                    if effort.nuisances || coordinate.prior.is_none() {
-                        let value = &mut moved.locals[*recording][place];
-                        *value = coordinate.moved(*value, step.locals[number][place]);
-                    }
-                }
-            }
-            if let Some(series) = series {
-                series.bend(&self.point, &mut moved);
-            }
-            if let Some((fit, motions)) = Self::moving_at(problem, self.layout.clone(), moved, part)
+            let stepped =
+                Self::moving_at(problem, self.layout.clone(), self.stepped_by(problem, &step, part, effort), part);
+            if let Some((mut fit, mut motions)) = stepped
                 && fit.cost < self.cost
             {
+                for _ in 0..CORRECTIONS {
+                    let (gradient, local_gradients) = fit.gradients(problem, tangent, part);
+                    let step = normal.solve(&gradient, &local_gradients);
+                    let point = fit.stepped_by(problem, &step, part, effort);
+                    match Self::moving_at(problem, self.layout.clone(), point, part) {
+                        Some((better, moved)) if better.cost < fit.cost - small_gain(fit.cost) => {
+                            (fit, motions) = (better, moved);
+                        }
+                        _ => break,
+                    }
+                }
                 return Some((fit, motions));
             }
             *damping = (*damping * 8.0).max(1e-6);
         }
         None
+    }
+
+    /// Where a step leads.
+    fn stepped_by(&self, problem: &Problem, step: &Imitation, part: Part<'_>, effort: Effort) -> Point {
+        let mut moved = self.point.clone();
+        if effort.globals {
+            for (place, coordinate) in self.layout.globals.iter().enumerate() {
+                moved.globals[place] = coordinate.moved(moved.globals[place], step.globals[place]);
+            }
+        }
+        for (number, recording) in part.iter().enumerate() {
+            for (place, coordinate) in self.layout.locals.iter().enumerate() {
+                if effort.nuisances || coordinate.prior.is_none() {
+                    let value = &mut moved.locals[*recording][place];
+                    *value = coordinate.moved(*value, step.locals[number][place]);
+                }
+            }
+        }
+        let whole = effort.globals && effort.nuisances;
+        if let Some(series) = Series::of(problem, &self.layout).filter(|_| whole) {
+            series.bend(&self.point, &mut moved);
+        }
+        moved
     }
 
     /// The tangent with spikes pulling with a constant force.

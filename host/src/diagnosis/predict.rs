@@ -104,8 +104,8 @@ pub fn read(
         let series = &mut values[from..];
         impact.sample_into(channel.quantity, &since_s, series);
         bent(series, channel.quantity, impact, &since_s, prepared);
-        felt(channel, impact, &since_s, converter_s2(layout, point, prepared), series);
-        averaged(series, &since_s, prepared.mean_of_s2());
+        felt(channel, impact, &since_s, (&prepared.bends, converter_s2(layout, point, prepared)), series);
+        averaged(series, &prepared.bends, prepared.mean_of_s2());
         logged(channel, impact, &since_s, series);
         told(channel, layout.local(point, recording, Role::Offset(number)), series);
     }
@@ -122,7 +122,8 @@ pub fn raw(problem: &Problem, layout: &Layout, point: &Point, recording: usize) 
     let channel = &problem.channels[0];
     let mut values = vec![0.0; since_s.len()];
     impact.sample_into(channel.quantity, &since_s, &mut values);
-    felt(channel, &impact, &since_s, converter_s2(layout, point, prepared), &mut values);
+    let bends = bends(&since_s);
+    felt(channel, &impact, &since_s, (&bends, converter_s2(layout, point, prepared)), &mut values);
     logged(channel, &impact, &since_s, &mut values);
     told(channel, layout.local(point, recording, Role::Offset(0)), &mut values);
     Some(values)
@@ -153,16 +154,25 @@ fn bent(series: &mut [f64], quantity: Quantity, impact: &Impact, since_s: &[f64]
     let means: Vec<(usize, f64)> = means.collect();
     // What is added bends the curve itself, a twelfth as much.
     for _ in 0..2 {
-        let mut smooth = series.to_vec();
-        averaged(&mut smooth, since_s, prepared.mean_of_s2());
-        means.iter().for_each(|(block, mean)| series[*block] += mean - smooth[*block]);
+        let lacks = |(block, mean): &(usize, f64)| {
+            let around = [series[block - 1], series[*block], series[block + 1]];
+            (*block, mean - meant(around, prepared.bends[block - 1], prepared.mean_of_s2()))
+        };
+        let missing: Vec<(usize, f64)> = means.iter().map(lacks).collect();
+        missing.into_iter().for_each(|(block, missing)| series[block] += missing);
     }
 }
 
 /// What reaches a channel's readout at instants after contact, by way of the converter's filter; a force by way of the measuring chain,
 /// which may clip what the filter has rounded.
-fn felt(channel: &ChannelModel, impact: &Impact, since_s: &[f64], converter_s2: f64, series: &mut [f64]) {
-    averaged(series, since_s, converter_s2);
+fn felt(
+    channel: &ChannelModel,
+    impact: &Impact,
+    since_s: &[f64],
+    (bends, converter_s2): (&[[f64; 2]], f64),
+    series: &mut [f64],
+) {
+    averaged(series, bends, converter_s2);
     if channel.quantity == Quantity::CellForce {
         impact.apply_chain(since_s, series);
     }
@@ -189,17 +199,30 @@ fn converter_s2(layout: &Layout, point: &Point, prepared: &Prepared) -> f64 {
     place.map_or(0.0, |place| point.globals[place]) * prepared.sample_s.powi(2)
 }
 
+/// Weights of the slopes before and after each instant in the second difference there.
+#[must_use]
+pub fn bends(times_s: &[f64]) -> Vec<[f64; 2]> {
+    let weights = |at: &[f64]| {
+        let (left, right, both) = (at[1] - at[0], at[2] - at[1], at[2] - at[0]);
+        [2.0 / (left * both), 2.0 / (right * both)]
+    };
+    times_s.windows(3).map(weights).collect()
+}
+
 /// What a mean reads where the curve is bent, over a block of samples or by a filter: its second difference says how much.
-fn averaged(series: &mut [f64], times_s: &[f64], mean_of_s2: f64) {
+fn averaged(series: &mut [f64], bends: &[[f64; 2]], mean_of_s2: f64) {
     if mean_of_s2 == 0.0 || series.len() < 3 {
         return;
     }
     let mut before = series[0];
-    for place in 1..series.len() - 1 {
-        let (left, right) = (times_s[place] - times_s[place - 1], times_s[place + 1] - times_s[place]);
-        let here = series[place];
-        let bend = 2.0 * ((series[place + 1] - here) / right - (here - before) / left) / (left + right);
-        series[place] = here + bend * mean_of_s2;
+    for (place, bends) in bends.iter().enumerate().take(series.len() - 2) {
+        let here = series[place + 1];
+        series[place + 1] = meant([before, here, series[place + 2]], *bends, mean_of_s2);
         before = here;
     }
+}
+
+/// What a mean reads in the middle of three values.
+fn meant([before, here, after]: [f64; 3], [left, right]: [f64; 2], mean_of_s2: f64) -> f64 {
+    here + ((after - here) * right - (here - before) * left) * mean_of_s2
 }

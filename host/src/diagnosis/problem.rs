@@ -13,6 +13,7 @@ use thud_sim::rig::Quantity;
 
 use super::convention::{Convention, convention};
 use super::noise::Noise;
+use super::predict::bends;
 use super::{DiagnosisError, Note};
 use crate::campaign::{Estimate, Loaded, Observed, Rig, RigKind};
 
@@ -80,6 +81,8 @@ pub struct Prepared {
     pub file: String,
     /// Instants in the recording's own time, s.
     pub times_s: Vec<f64>,
+    /// Weights of the slopes on either side in the second differences of a series, from the second instant on.
+    pub bends: Vec<[f64; 2]>,
     /// One series for each channel: values at the instants.
     pub series: Vec<Vec<f64>>,
     /// What each channel shows before contact, means over as many samples as the series'; of a fall what it shows beside a smooth course.
@@ -301,6 +304,7 @@ impl Problem {
             prepared.push(Prepared {
                 name,
                 file,
+                bends: bends(&thinned.times_s),
                 times_s: thinned.times_s,
                 series: thinned.series,
                 quiet: (0..columns.len()).map(|channel| thinned.rest.means(channel, thinned.rest.averaged)).collect(),
