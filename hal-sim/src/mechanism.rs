@@ -213,6 +213,12 @@ impl Mechanism {
         }
     }
 
+    /// Whether one of both is said to be confused with the other.
+    #[must_use]
+    pub fn is_confused_with(&self, other: &Self) -> bool {
+        self.confused_with.contains(&other.id) || other.confused_with.contains(&self.id)
+    }
+
     /// What a person is to know of one of its parameters beside the ranges; mostly nothing.
     #[must_use]
     pub fn remark(&self, parameter: &Parameter) -> &'static str {

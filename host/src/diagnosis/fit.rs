@@ -10,7 +10,10 @@
 //!      └        ┴─────────────────────┘
 //! ```
 //!
-//! Source: D. W. Marquardt, SIAM J. Appl. Math. 11 (1963) 431; block elimination: B. Triggs et al., Bundle Adjustment (2000), sec. 6.
+//! A tangent costs as much as some thirty evaluations, so several steps go along one.
+//!
+//! Source: D. W. Marquardt, SIAM J. Appl. Math. 11 (1963) 431; further steps: J. Fan, Math. Comp. 81 (2012) 447; block elimination: B. Triggs
+//! et al., Bundle Adjustment (2000), sec. 6.
 
 use std::borrow::Cow;
 
@@ -33,7 +36,7 @@ const FORETOLD: f64 = 0.25;
 const MOST_TRIES: usize = 7;
 /// How strongly the first step is damped.
 const DAMPING: f64 = 1e-3;
-/// Further steps along one tangent, as long as each gains: a tangent costs as much as some thirty of them.
+/// Further steps along one tangent, as long as each gains.
 const CORRECTIONS: usize = 3;
 /// Whitened residuals beyond this count as a spike: they pull with a constant force only (P. J. Huber, 1964).
 const SPIKE: f64 = 8.0;
@@ -515,7 +518,7 @@ impl Fit {
         super::spectrum::lines_hz(problem, self)
     }
 
-    /// One step that makes the cost smaller, with the motions there. `None`: there is none.
+    /// A step that makes the cost smaller, and what further ones along the same tangent gain, with the motions there. `None`: there is none.
     fn improve(
         &self,
         problem: &Problem,
@@ -538,31 +541,31 @@ impl Fit {
             if whole && gradient.dot(&step.globals) + along_locals < FORETOLD * small_gain(self.cost) {
                 return None;
             }
-            let stepped =
-                Self::moving_at(problem, self.layout.clone(), self.stepped_by(problem, &step, part, effort), part);
-            if let Some((mut fit, mut motions)) = stepped
-                && fit.cost < self.cost
-            {
-                for _ in 0..CORRECTIONS {
-                    let (gradient, local_gradients) = fit.gradients(problem, tangent, part);
-                    let step = normal.solve(&gradient, &local_gradients);
-                    let point = fit.stepped_by(problem, &step, part, effort);
-                    match Self::moving_at(problem, self.layout.clone(), point, part) {
-                        Some((better, moved)) if better.cost < fit.cost - small_gain(fit.cost) => {
-                            (fit, motions) = (better, moved);
-                        }
-                        _ => break,
-                    }
-                }
-                return Some((fit, motions));
+            let after = self.after(problem, &step, part, effort).filter(|(fit, _)| fit.cost < self.cost);
+            let Some((mut fit, mut motions)) = after else {
+                *damping = (*damping * 8.0).max(1e-6);
+                continue;
+            };
+            for _ in 0..CORRECTIONS {
+                let (gradient, local_gradients) = fit.gradients(problem, tangent, part);
+                let further = fit.after(problem, &normal.solve(&gradient, &local_gradients), part, effort);
+                let gains = |better: &Self| better.cost < fit.cost - small_gain(fit.cost);
+                let Some(better) = further.filter(|(better, _)| gains(better)) else { break };
+                (fit, motions) = better;
             }
-            *damping = (*damping * 8.0).max(1e-6);
+            return Some((fit, motions));
         }
         None
     }
 
-    /// Where a step leads.
-    fn stepped_by(&self, problem: &Problem, step: &Imitation, part: Part<'_>, effort: Effort) -> Point {
+    /// Where a step leads, with the motions there.
+    fn after(
+        &self,
+        problem: &Problem,
+        step: &Imitation,
+        part: Part<'_>,
+        effort: Effort,
+    ) -> Option<(Self, Vec<Impact>)> {
         let mut moved = self.point.clone();
         if effort.globals {
             for (place, coordinate) in self.layout.globals.iter().enumerate() {
@@ -581,7 +584,7 @@ impl Fit {
         if let Some(series) = Series::of(problem, &self.layout).filter(|_| whole) {
             series.bend(&self.point, &mut moved);
         }
-        moved
+        Self::moving_at(problem, self.layout.clone(), moved, part)
     }
 
     /// The tangent with spikes pulling with a constant force.

@@ -363,6 +363,18 @@ impl Layout {
         self.globals.iter().chain(&self.locals).filter(of_mechanism).count()
     }
 
+    /// How many of these each impact or recording has for itself.
+    #[must_use]
+    pub fn own_parameters(&self) -> usize {
+        self.locals.iter().filter(|coordinate| coordinate.role.entrant().is_some()).count()
+    }
+
+    /// Whether one of its mechanisms has values of its own for each impact.
+    #[must_use]
+    pub fn is_loose(&self) -> bool {
+        self.entrants.iter().any(Entrant::is_loose)
+    }
+
     /// The same with one mechanism more.
     #[must_use]
     pub fn with(&self, problem: &Problem, entrant: Entrant) -> Self {

@@ -8,13 +8,14 @@
 //! A score is a promise of a tangent, what the simulation makes of it is another opinion: half of the starts are chosen by the one,
 //! half by the other. Where the fit so far strains what was stated it imitates what is missing; then the best start of each mechanism
 //! is tried once more beside what was stated. Where very much is left, mechanisms that promise little are tried at likely strengths. What
-//! was promised all the same may leave a rest: then every mechanism is begun [anew], whatever its score.
+//! was promised all the same may leave a rest: then every mechanism is begun [anew], whatever its score, and [together] with what it is confused with.
 
 use std::collections::HashSet;
 
 use rayon::prelude::*;
 use thud_sim::mechanism::{Mechanism, Scale, Search};
 
+use super::candidate::Reach;
 use super::fit::{Effort, Fit, Part};
 use super::layout::{Entrant, Role, Scope};
 use super::omnibus::Omnibus;
@@ -78,6 +79,8 @@ const SILENT: usize = 3;
 const SILENT_STRENGTHS: u32 = 6;
 /// Of a ratio this many strengths of each sign are tried beside what was stated, by factors of √2 from the end of its range.
 const RATIOS: u32 = 8;
+/// The most starts of a mechanism beside one that it is confused with.
+const TOGETHER: usize = 12;
 /// A score below this is not refitted.
 const LEAST_SCORE: f64 = 3.5;
 /// A mechanism in some recordings takes this much more off χ² than the same everywhere.
@@ -207,6 +210,44 @@ pub fn anew(
         fits.into_iter().map(|fit| Start { fit, promised: 0.0, looks: LOOKS_ANEW })
     });
     finished(problem, base, starts.collect(), part, wanted)
+}
+
+/// Pairs of a mechanism with each that it is confused with, from every likely strength, all else as stated, in stretches, as long as each may
+/// still come near the best. Two that take from each other meet in no other way: beside the one that came first, which has taken the
+/// other's part, that promises nothing, or has the wrong sign. Above the cost `wanted` nothing matters.
+#[must_use]
+pub fn together(
+    problem: &Problem,
+    base: &Fit,
+    first: &Entrant,
+    mechanisms: &[&'static Mechanism],
+    part: Part<'_>,
+    wanted: f64,
+) -> Vec<Trial> {
+    let alone = base.layout.with(problem, first.clone());
+    let reach = Reach::of(problem, Vec::new());
+    let begun = |mechanism: &&'static Mechanism| {
+        let fits = reach.starts(mechanism).into_par_iter().filter_map(|effect| {
+            let layout = alone.with(problem, Entrant::everywhere(effect));
+            let start = layout.as_stated(&layout.start_from(problem, &base.layout, &base.point));
+            Fit::touching(problem, layout, start, part)
+        });
+        let mut fits: Vec<Fit> = fits.collect();
+        fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        fits.truncate(TOGETHER);
+        fits
+    };
+    let confused = mechanisms.iter().filter(|mechanism| mechanism.is_confused_with(first.effect.mechanism()));
+    let mut fits: Vec<Fit> = confused.flat_map(begun).collect();
+    let mut best = wanted;
+    for _ in 0..STRETCHES {
+        let followed = |fit: Fit| {
+            if may_still(base, &fit, 0.0, best) { fit.further(problem, part, Effort::AGAIN) } else { fit }
+        };
+        fits = fits.into_par_iter().map(followed).collect();
+        best = fits.iter().map(|fit| fit.cost).fold(best, f64::min);
+    }
+    fits.into_iter().map(|fit| Trial::new(problem, fit)).collect()
 }
 
 /// Chooses among starts, given in the order of what they promise: the most promising and what the simulation makes most of, in turn.

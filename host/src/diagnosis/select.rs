@@ -24,7 +24,7 @@ use super::layout::{Entrant, Layout, Role, Scope};
 use super::locate::{Oddity, oddity};
 use super::omnibus::{Omnibus, omnibus};
 use super::problem::{Prepared, Problem};
-use super::refit::{Breadth, added, anew, refit};
+use super::refit::{Breadth, added, anew, refit, together};
 use super::screen::{Screened, screen};
 use super::spectrum::{Hum, hum};
 use super::strangers::strangers;
@@ -167,7 +167,7 @@ fn choices(problem: &Problem, layout: &Layout) -> f64 {
 #[must_use]
 pub fn by_chance(problem: &Problem, baseline: &Fit, fit: &Fit) -> Option<f64> {
     let layout = &fit.layout;
-    if layout.entrants.iter().any(Entrant::is_loose) {
+    if layout.is_loose() {
         return None;
     }
     let fall = baseline.cost - fit.cost - choices(problem, layout);
@@ -348,8 +348,7 @@ impl Selecting<'_> {
             // Beside another one it may not be needed any more.
             let needed = self.needed(here.clone())?;
             if needed.mechanisms() < here.mechanisms() {
-                self.rivals.clear();
-                (0..needed.mechanisms()).for_each(|place| self.find_rivals(&needed, place));
+                self.find_all_rivals(&needed);
                 here = needed;
             }
         }
@@ -360,7 +359,7 @@ impl Selecting<'_> {
     /// the list.
     fn revised(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
         let leaves = remains(&self.selection(from.clone()));
-        let is_plain = matches!(from.entrants(), [] | [_]) && !is_loose_model(&from.trial);
+        let is_plain = matches!(from.entrants(), [] | [_]) && !from.trial.fit.layout.is_loose();
         if is_plain && !leaves {
             return Some(from);
         }
@@ -379,6 +378,13 @@ impl Selecting<'_> {
             }
         }
         trials.extend(unfolded(self.problem, retuned, self.mechanisms, &scopes, self.part));
+        if leaves {
+            let Fit { layout, point, cost, .. } = &from.trial.fit;
+            for (place, entrant) in from.entrants().iter().enumerate().filter(|(_, entrant)| !entrant.is_loose()) {
+                let first = Entrant { effect: layout.effect(self.problem, place, point), ..entrant.clone() };
+                trials.extend(together(self.problem, retuned, &first, self.mechanisms, self.part, *cost));
+            }
+        }
         let lightest = trials.iter().min_by(|a, b| self.burden(a).total_cmp(&self.burden(b)));
         let Some(lightest) = lightest.filter(|trial| self.burden(trial) < self.burden(&from.trial) - 1.0).cloned()
         else {
@@ -390,8 +396,9 @@ impl Selecting<'_> {
             let here = self.settled(self.retuned.clone(), progress)?;
             return self.revised(here, progress);
         }
-        let others = trials.into_iter().filter(|trial| !added(&trial.fit).is_same_as(added(&begun.trial.fit)));
-        let others: Vec<(usize, Trial)> = others.map(|trial| (0, trial)).collect();
+        let as_many = |trial: &Trial| trial.fit.layout.entrants.len() == begun.mechanisms();
+        let is_other = |trial: &Trial| as_many(trial) && !added(&trial.fit).is_same_as(added(&begun.trial.fit));
+        let others = trials.into_iter().filter(is_other).map(|trial| (begun.mechanisms() - 1, trial)).collect();
         let rivals = std::mem::replace(&mut self.rivals, others);
         let here = self.settled(begun, progress)?;
         let is_better = self.burden(&here.trial) < self.burden(&from.trial) - 1.0
@@ -478,8 +485,7 @@ impl Selecting<'_> {
             let larger = self.differing(self.needed(larger)?)?;
             if larger.mechanisms() <= number {
                 // What has taken the others' place has had no rivals.
-                self.rivals.clear();
-                (0..larger.mechanisms()).for_each(|place| self.find_rivals(&larger, place));
+                self.find_all_rivals(&larger);
                 return Some(larger);
             }
             // Three that still leave a rest are no explanation: with enough of them anything bends to anything.
@@ -499,9 +505,7 @@ impl Selecting<'_> {
 
     /// Refits the others in the place of each mechanism and takes the best, if it is better; it comes last.
     fn exchanged(&mut self, from: Standing) -> Option<Standing> {
-        self.rivals.clear();
-        let last = from.mechanisms() - 1;
-        (0..=last).for_each(|place| self.find_rivals(&from, place));
+        self.find_all_rivals(&from);
         let better = self.rivals.iter().filter(|(_, trial)| self.burden(trial) < self.burden(&from.trial) - 1.0);
         let lightest = better.min_by(|a, b| self.burden(&a.1).total_cmp(&self.burden(&b.1)));
         let Some((place, trial)) = lightest.cloned() else { return Some(from) };
@@ -536,6 +540,12 @@ impl Selecting<'_> {
         // What was exchanged has had its rivals.
         (0..last).for_each(|place| self.find_rivals(&here, place));
         Some(here)
+    }
+
+    /// Refits the others in the place of each mechanism, and forgets all before.
+    fn find_all_rivals(&mut self, here: &Standing) {
+        self.rivals.clear();
+        (0..here.mechanisms()).for_each(|place| self.find_rivals(here, place));
     }
 
     /// Refits the others in the place of one mechanism.
@@ -636,11 +646,6 @@ impl Selecting<'_> {
         }
         Some(here)
     }
-}
-
-/// Whether one of a model's mechanisms has a value of its own for each impact.
-fn is_loose_model(trial: &Trial) -> bool {
-    trial.fit.layout.entrants.iter().any(Entrant::is_loose)
 }
 
 /// Whether of two mechanisms at one site one has all parameters of the other, and more: it is more general.

@@ -237,8 +237,7 @@ fn within_reach(selection: &Selection, place: usize) -> impl Iterator<Item = (&'
     let mechanism = |entrant: &Entrant| entrant.effect.mechanism();
     let in_place = move |(of, trial): &&(usize, Trial)| *of == place && trial.fit.layout.entrants.len() == chosen.len();
     // The chosen one need not have the lowest BIC; what bends to each impact has no say in it.
-    let is_steady = |trial: &Trial| !trial.fit.layout.entrants.iter().any(Entrant::is_loose);
-    let steady = selection.rivals.iter().filter(in_place).filter(|(_, trial)| is_steady(trial));
+    let steady = selection.rivals.iter().filter(in_place).filter(|(_, trial)| !trial.fit.layout.is_loose());
     let lowest = steady.map(|(_, trial)| trial.bic).fold(*bic, f64::min);
     selection.rivals.iter().filter(in_place).filter_map(move |(_, trial)| {
         let mut others = trial.fit.layout.entrants.iter();

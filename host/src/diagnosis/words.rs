@@ -173,8 +173,13 @@ pub fn because(diagnosis: &Diagnosis, place: usize) -> String {
     let mut parts = Vec::new();
     if fit.layout.entrants.len() == 1 {
         let parameters = fit.parameters();
+        let own = match fit.layout.own_parameters() {
+            0 => String::new(),
+            _ if parameters == 1 => ", which each recording has for itself".to_owned(),
+            own => format!(", {own} of which each recording has for itself"),
+        };
         parts.push(format!(
-            "χ² falls by {:.0} for {parameters} parameter{}",
+            "χ² falls by {:.0} for {parameters} parameter{}{own}",
             selection.baseline.cost - fit.cost,
             if parameters == 1 { "" } else { "s" }
         ));
