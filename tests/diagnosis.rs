@@ -439,6 +439,27 @@ fn a_robot_that_stays_is_followed_from_its_first_contact() {
     );
 }
 
+/// A dashpot's step at contact and that of a drag take from each other: beside the one that comes first the other promises nothing.
+#[test]
+fn two_steps_at_contact_are_told_from_one() {
+    let folder = TempDir::new().unwrap();
+    let mut arguments = vec!["simulate", "--speeds", "0.1,0.2,0.3,0.45", "--masses", "4,6,8", "--repeats", "1"];
+    arguments.extend(["--body-stiffness", "32000", "--pad", "93000", "--after", "0.2", "--seed", "1", "--out", "two"]);
+    arguments.extend(["--mechanism", "viscous-damping:damping_Ns_per_m=130"]);
+    arguments.extend(["--mechanism", "air-damping:drag_Ns2_per_m2=45,cell_share=1"]);
+    succeeds(&folder, &arguments);
+    let few = ["--only", "viscous-damping", "--only", "air-damping"];
+    let text = succeeds(&folder, &[&["diagnose", "two", "--json", "-"], &few[..]].concat());
+    let answer: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(answer["verdict"], "named", "{answer}");
+    let mechanisms = answer["mechanisms"].as_array().unwrap();
+    for (id, strength) in [("viscous-damping", 130.0), ("air-damping", 45.0)] {
+        let found = mechanisms.iter().find(|one| one["id"] == id).expect("both are named");
+        let value = number(&found["parameters"][0], "value");
+        assert!((value / strength - 1.0).abs() < 0.05, "{id}: {value}");
+    }
+}
+
 /// What a cleared buffer reads is nought, not the last value.
 #[test]
 fn samples_that_read_nought_are_lost_ones() {
