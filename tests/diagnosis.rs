@@ -217,9 +217,12 @@ fn a_speed_or_a_gain_may_be_off_in_some_recordings() {
     let path = |file: &str| folder.path().join("missed").join(file);
     let stated = std::fs::read_to_string(path("campaign.toml")).unwrap();
     let few = ["--only", "gain-error", "--only", "speed-error", "--only", "link-oscillation"];
+    let page = ["--report", "missed.html"];
     let named = || {
-        let text =
-            succeeds(&folder, &[&["diagnose", "missed", "--json", "-", "--model", "found.toml"], &few[..]].concat());
+        let text = succeeds(
+            &folder,
+            &[&["diagnose", "missed", "--json", "-", "--model", "found.toml"][..], &page[..], &few[..]].concat(),
+        );
         let answer: Value = serde_json::from_str(&text).unwrap();
         let [named] = answer["mechanisms"].as_array().unwrap().as_slice() else { panic!("{answer}") };
         let twins = [&named["id"], &named["indistinguishable_from"][0]].map(|id| id.as_str().unwrap());
@@ -241,6 +244,7 @@ fn a_speed_or_a_gain_may_be_off_in_some_recordings() {
     let parameters = named();
     for ((recording, part), parameter) in off.iter().zip(parameters.as_array().unwrap()) {
         assert_eq!(parameter["name"], format!("relative[{recording}]"));
+        assert!(read(&folder, "missed.html").contains(&format!("<td>relative[{recording}]</td>")));
         assert!(number(parameter, "low") < *part && *part < number(parameter, "high"), "{parameter}");
     }
     assert!(read(&folder, "found.toml").contains("every impact has its own relative"));

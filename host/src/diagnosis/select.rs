@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! baseline ─▶ screen ─▶ refit the promising ─▶ best by BIC ─▶ is there a rest? ─▶ again … ─▶ drop what is not missed
-//!                                                  ─▶ where that leaves something, or names more than one: each one anew; the better one
+//!                                                  ─▶ where that leaves something, or names more than one: each one anew, and each of it
+//!                                                     beside what it is confused with; the better one
 //!                                                  ─▶ all of it once more without what bends to each recording; the better one
 //!                                                  ─▶ of what stands for each other, first what foretells best
 //! ```

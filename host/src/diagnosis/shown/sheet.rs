@@ -1,9 +1,10 @@
 //! The page's tables: places, parameters, beliefs, recordings left out, and every mechanism with the evidence on it.
 
 use maud::{Markup, html};
+use thud_sim::mechanism::Parameter;
 
 use crate::campaign::Estimate;
-use crate::diagnosis::answer::{Answer, Named};
+use crate::diagnosis::answer::{Answer, Named, Value};
 use crate::diagnosis::evidence::{Evidence, Standing};
 use crate::diagnosis::retuned::retuned;
 use crate::diagnosis::words::{self, listed, p_words, percent, short};
@@ -44,6 +45,11 @@ pub(super) fn named(diagnosis: &Diagnosis, place: usize, named: &Named) -> Marku
     let entrant = &diagnosis.selection.best.fit.layout.entrants[place];
     let mechanism = entrant.effect.mechanism();
     let scope = crate::diagnosis::evidence::scope_words(diagnosis, entrant.scope);
+    // A value of its own has the configuration or recording behind the name.
+    let parameter_of = |value: &Value| {
+        let name = value.name.split('[').next();
+        mechanism.parameters.iter().find(|parameter| Some(parameter.name) == name)
+    };
     let twins: Vec<String> = named.indistinguishable_from.iter().map(|id| (*id).to_owned()).collect();
     html! {
         h3 { (named.id) @if !scope.is_empty() { ", " (scope) } }
@@ -51,15 +57,18 @@ pub(super) fn named(diagnosis: &Diagnosis, place: usize, named: &Named) -> Marku
         table {
             thead { tr { th { "parameter" } th { "meaning" } th.number { "value" } th.number { "95 % interval" } th { "unit" } th.number { "usual" } } }
             tbody {
-                @for (value, parameter) in named.parameters.iter().zip(mechanism.parameters) {
+                @for value in &named.parameters {
+                    @let parameter = parameter_of(value);
                     tr {
                         td { (value.name) }
-                        td { (parameter.meaning) }
+                        td { @if let Some(parameter) = parameter { (parameter.meaning) } }
                         @let (here, low, high) = words::with_interval(value.value, value.low, value.high);
                         td.number { (here) }
                         td.number { @if value.low == value.high { "held" } @else { (low) " to " (high) } }
                         td { (value.unit) }
-                        td.number { (short(parameter.plausible.0)) " to " (short(parameter.plausible.1)) }
+                        td.number {
+                            @if let Some(Parameter { plausible: (low, high), .. }) = parameter { (short(*low)) " to " (short(*high)) }
+                        }
                     }
                 }
             }
