@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! baseline ─▶ screen ─▶ refit the promising ─▶ best by BIC ─▶ is there a rest? ─▶ again … ─▶ drop what is not missed
-//!                                                  ─▶ where that leaves something, or names more than one: each one anew, and each of it
-//!                                                     beside what it is confused with; the better one
+//!                                                  ─▶ where that leaves something, or names more than one: each one anew; the better one
+//!                                                  ─▶ where that still leaves something: each of it together with what it is confused with
 //!                                                  ─▶ all of it once more without what bends to each recording; the better one
 //!                                                  ─▶ of what stands for each other, first what foretells best
 //! ```
@@ -250,6 +250,7 @@ pub fn select(
     };
     let here = selecting.settled(selecting.retuned.clone(), progress)?;
     let here = selecting.revised(here, progress)?;
+    let here = selecting.paired(here, progress)?;
     let here = selecting.steadied(here, progress)?;
     selecting.meet_kin(&here);
     let here = selecting.foretelling(here)?;
@@ -379,13 +380,6 @@ impl Selecting<'_> {
             }
         }
         trials.extend(unfolded(self.problem, retuned, self.mechanisms, &scopes, self.part));
-        if leaves {
-            let Fit { layout, point, cost, .. } = &from.trial.fit;
-            for (place, entrant) in from.entrants().iter().enumerate().filter(|(_, entrant)| !entrant.is_loose()) {
-                let first = Entrant { effect: layout.effect(self.problem, place, point), ..entrant.clone() };
-                trials.extend(together(self.problem, retuned, &first, self.mechanisms, self.part, *cost));
-            }
-        }
         let lightest = trials.iter().min_by(|a, b| self.burden(a).total_cmp(&self.burden(b)));
         let Some(lightest) = lightest.filter(|trial| self.burden(trial) < self.burden(&from.trial) - 1.0).cloned()
         else {
@@ -397,9 +391,8 @@ impl Selecting<'_> {
             let here = self.settled(self.retuned.clone(), progress)?;
             return self.revised(here, progress);
         }
-        let as_many = |trial: &Trial| trial.fit.layout.entrants.len() == begun.mechanisms();
-        let is_other = |trial: &Trial| as_many(trial) && !added(&trial.fit).is_same_as(added(&begun.trial.fit));
-        let others = trials.into_iter().filter(is_other).map(|trial| (begun.mechanisms() - 1, trial)).collect();
+        let others = trials.into_iter().filter(|trial| !added(&trial.fit).is_same_as(added(&begun.trial.fit)));
+        let others: Vec<(usize, Trial)> = others.map(|trial| (0, trial)).collect();
         let rivals = std::mem::replace(&mut self.rivals, others);
         let here = self.settled(begun, progress)?;
         let is_better = self.burden(&here.trial) < self.burden(&from.trial) - 1.0
@@ -408,6 +401,33 @@ impl Selecting<'_> {
             return Some(here);
         }
         self.rivals = rivals;
+        Some(from)
+    }
+
+    /// Where something is left, each mechanism is begun together with what it is confused with. A pair that leaves something as well is no better:
+    /// with two that take from each other much bends to much.
+    fn paired(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
+        if !remains(&self.selection(from.clone())) {
+            return Some(from);
+        }
+        progress("is it two that take from each other");
+        let (Fit { layout, point, cost, .. }, retuned) = (&from.trial.fit, &self.retuned.trial.fit);
+        let steady = from.entrants().iter().enumerate().filter(|(_, entrant)| !entrant.is_loose());
+        let pairs = steady.flat_map(|(place, entrant)| {
+            let first = Entrant { effect: layout.effect(self.problem, place, point), ..entrant.clone() };
+            together(self.problem, retuned, &first, self.mechanisms, self.part, *cost)
+        });
+        let lightest = pairs.min_by(|a, b| self.burden(a).total_cmp(&self.burden(b)));
+        let is_lighter = |trial: &Trial| self.burden(trial) < self.burden(&from.trial) - 1.0;
+        let Some(pair) = lightest.filter(is_lighter) else { return Some(from) };
+        let before = (std::mem::take(&mut self.rivals), self.retuned.clone());
+        let begun = Standing::of(self.problem, pair, self.part)?;
+        let here = self.settled(begun, progress)?;
+        let is_lighter = self.burden(&here.trial) < self.burden(&from.trial) - 1.0;
+        if is_lighter && !remains(&self.selection(here.clone())) {
+            return Some(here);
+        }
+        (self.rivals, self.retuned) = before;
         Some(from)
     }
 
