@@ -10,10 +10,8 @@
 //!      └        ┴─────────────────────┘
 //! ```
 //!
-//! A tangent costs as much as some thirty evaluations, so several steps go along one.
-//!
-//! Source: D. W. Marquardt, SIAM J. Appl. Math. 11 (1963) 431; further steps: J. Fan, Math. Comp. 81 (2012) 447; block elimination: B. Triggs
-//! et al., Bundle Adjustment (2000), sec. 6.
+//! Source: D. W. Marquardt, SIAM J. Appl. Math. 11 (1963) 431; further steps along a tangent: J. Fan,
+//! Math. Comp. 81 (2012) 447; block elimination: B. Triggs et al., Bundle Adjustment (2000), sec. 6.
 
 use std::borrow::Cow;
 
@@ -36,8 +34,6 @@ const FORETOLD: f64 = 0.25;
 const MOST_TRIES: usize = 7;
 /// How strongly the first step is damped.
 const DAMPING: f64 = 1e-3;
-/// Further steps along one tangent, as long as each gains.
-const CORRECTIONS: usize = 3;
 /// Whitened residuals beyond this count as a spike: they pull with a constant force only (P. J. Huber, 1964).
 const SPIKE: f64 = 8.0;
 
@@ -58,19 +54,22 @@ pub struct Effort {
     pub nuisances: bool,
     /// Whether what bends is looked at from both sides. (One side alone until it leads nowhere is no quicker: it takes more steps.)
     pub central: bool,
+    /// The most further steps along one tangent, as long as each gains. (They leave a curved valley that the tangent leads along: a falling
+    /// ball's drag was fitted with two thirds of its mass.)
+    pub further: usize,
 }
 
 impl Effort {
     /// Until it converges.
-    pub const FULL: Self = Self { iterations: 25, globals: true, nuisances: true, central: true };
+    pub const FULL: Self = Self { iterations: 25, globals: true, nuisances: true, central: true, further: 0 };
     /// A look at how far it goes.
-    pub const LOOK: Self = Self { iterations: 2, globals: true, nuisances: true, central: false };
+    pub const LOOK: Self = Self { iterations: 2, globals: true, nuisances: true, central: false, further: 0 };
     /// From where a fit to nearly the same recordings came to.
-    pub const AGAIN: Self = Self { iterations: 4, globals: true, nuisances: true, central: true };
+    pub const AGAIN: Self = Self { iterations: 4, globals: true, nuisances: true, central: true, further: 0 };
     /// Only what each recording has for itself.
-    pub const LOCAL: Self = Self { iterations: 8, globals: false, nuisances: true, central: true };
+    pub const LOCAL: Self = Self { iterations: 8, globals: false, nuisances: true, central: true, further: 0 };
     /// Only what is not believed at all: contact instants and offsets.
-    pub const NOMINAL: Self = Self { iterations: 12, globals: false, nuisances: false, central: true };
+    pub const NOMINAL: Self = Self { iterations: 12, globals: false, nuisances: false, central: true, further: 0 };
 }
 
 /// A fit.
@@ -518,7 +517,7 @@ impl Fit {
         super::spectrum::lines_hz(problem, self)
     }
 
-    /// A step that makes the cost smaller, and what further ones along the same tangent gain, with the motions there. `None`: there is none.
+    /// One step that makes the cost smaller, with the motions there. `None`: there is none.
     fn improve(
         &self,
         problem: &Problem,
@@ -546,7 +545,7 @@ impl Fit {
                 *damping = (*damping * 8.0).max(1e-6);
                 continue;
             };
-            for _ in 0..CORRECTIONS {
+            for _ in 0..effort.further {
                 let (gradient, local_gradients) = fit.gradients(problem, tangent, part);
                 let further = fit.after(problem, &normal.solve(&gradient, &local_gradients), part, effort);
                 let gains = |better: &Self| better.cost < fit.cost - small_gain(fit.cost);

@@ -30,6 +30,8 @@ const LONGER: f64 = 1.15;
 const FOLLOWED: [(f64, usize); 3] = [(1.5, 6), (3.0, 3), (f64::INFINITY, 2)];
 /// How many starts of a mechanism are fitted to the first contact: those that are nearest to it as they are.
 const BEGUN: usize = 24;
+/// Steps along one tangent after the first: where a push holds the robot a valley is narrow, and each tangent gains little.
+const FURTHER: usize = 3;
 /// Where a shape that has one typical value is begun as well: this far into what is likely of it.
 const LOW: f64 = 0.25;
 
@@ -69,7 +71,9 @@ pub fn unfolded(
 fn grown(problem: &Problem, base: &Fit, mechanisms: &[&'static Mechanism], scope: Scope, part: Part<'_>) -> Vec<Trial> {
     let reach = Reach::of(problem, Vec::new());
     let first = problem.until(1.0);
-    let run = |problem: &Problem, fit: Fit, effort| Fit::run(problem, fit.layout, fit.point, part, effort);
+    let run = |problem: &Problem, fit: Fit, effort| {
+        Fit::run(problem, fit.layout, fit.point, part, Effort { further: FURTHER, ..effort })
+    };
     let begin = |effect: Effect| {
         let layout = base.layout.with(problem, Entrant { scope, ..Entrant::everywhere(effect) });
         let start = layout.as_stated(&layout.start_from(problem, &base.layout, &base.point));
