@@ -17,10 +17,10 @@ const SERIES_TERMS: u32 = 12;
 /// max|∏(x − k/6)|·h⁷·|y⁗‴|/7!, and the product is largest near the middle of the outer intervals: 2.9·10⁻⁴.
 const NODES_PRODUCT: f64 = 2.9e-4 / 5040.0;
 
-/// A step's nodes are so many intervals apart.
+/// A step has so many intervals between its nodes.
 const INTERVALS: f64 = (MOST_NODES - 1) as f64;
 
-/// A longer step is looked at after so many steps at least.
+/// A longer step is looked at again after so many steps at the latest.
 const MOST_PATIENCE: usize = 32;
 
 /// The part of the tolerance that the polynomial may use.
@@ -107,7 +107,7 @@ impl<const N: usize> Propagator<N> {
         let state = self.nodes[MOST_NODES - 1];
         let foretold = self.rung(&state);
         self.from_s = self.to_s;
-        let longest = ((self.stop_s - self.from_s) / INTERVALS / self.shortest_s).log2().floor().max(0.0) as usize;
+        let longest = self.rung_within(self.stop_s - self.from_s);
         self.waits = self.waits.saturating_sub(1);
         let wanted = (self.taken + usize::from(self.waits == 0)).min(longest);
         let mut rung = wanted;
@@ -188,6 +188,11 @@ impl<const N: usize> Propagator<N> {
             longest_s = longest_s.min((error / seventh[place].abs()).powf(1.0 / 7.0));
             longest_s = longest_s.min((error / eighth[place].abs()).powf(1.0 / 8.0));
         }
+        self.rung_within(longest_s)
+    }
+
+    /// The rung whose step is no longer than this, as far as there is one.
+    fn rung_within(&self, longest_s: f64) -> usize {
         (longest_s / INTERVALS / self.shortest_s).log2().floor().max(0.0) as usize
     }
 

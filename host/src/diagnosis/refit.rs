@@ -238,16 +238,8 @@ pub fn together(
         fits
     };
     let confused = mechanisms.iter().filter(|mechanism| mechanism.is_confused_with(first.effect.mechanism()));
-    let mut fits: Vec<Fit> = confused.flat_map(begun).collect();
-    let mut best = wanted;
-    for _ in 0..STRETCHES {
-        let followed = |fit: Fit| {
-            if may_still(base, &fit, 0.0, best) { fit.further(problem, part, Effort::AGAIN) } else { fit }
-        };
-        fits = fits.into_par_iter().map(followed).collect();
-        best = fits.iter().map(|fit| fit.cost).fold(best, f64::min);
-    }
-    fits.into_iter().map(|fit| Trial::new(problem, fit)).collect()
+    let candidate = |fit: Fit| Candidate { fit, promised: 0.0, to_beat: f64::INFINITY };
+    followed(problem, base, confused.flat_map(begun).map(candidate).collect(), part, wanted)
 }
 
 /// Chooses among starts, given in the order of what they promise: the most promising and what the simulation makes most of, in turn.
@@ -332,7 +324,6 @@ fn finished(problem: &Problem, base: &Fit, mut starts: Vec<Start>, part: Part<'_
         }
         is_new
     });
-    let would_be = |fit: &Fit| fit.cost - SOON * fit.gaining;
     // What another form of the mechanism has come to, where that leads.
     let other_form = |rank: usize, fit: &Fit| {
         let ahead = looked[..rank].iter().find(|(other, _)| added(&other.fit).is_same_as(added(fit)));
@@ -343,21 +334,8 @@ fn finished(problem: &Problem, base: &Fit, mut starts: Vec<Start>, part: Part<'_
         let to_beat = if leads { other_form(rank, &trial.fit) } else { f64::NEG_INFINITY };
         Candidate { fit: trial.fit.clone(), promised: *promised, to_beat }
     };
-    let mut candidates: Vec<Candidate> = looked.iter().enumerate().map(candidate).collect();
-    for _ in 0..STRETCHES {
-        let goes_on = |Candidate { fit, promised, to_beat }: &Candidate| {
-            would_be(fit) < *to_beat && may_still(base, fit, *promised, best)
-        };
-        let followed = |candidate: Candidate| {
-            if !goes_on(&candidate) {
-                return candidate;
-            }
-            Candidate { fit: candidate.fit.further(problem, part, Effort::AGAIN), ..candidate }
-        };
-        candidates = candidates.into_par_iter().map(followed).collect();
-        best = candidates.iter().map(|candidate| candidate.fit.cost).fold(best, f64::min);
-    }
-    let mut trials: Vec<Trial> = candidates.into_iter().map(|candidate| Trial::new(problem, candidate.fit)).collect();
+    let candidates = looked.iter().enumerate().map(candidate).collect();
+    let mut trials = followed(problem, base, candidates, part, best);
     trials.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     let mut once: HashSet<(&str, Scope)> = HashSet::new();
     trials.retain(|trial| {
@@ -365,6 +343,35 @@ fn finished(problem: &Problem, base: &Fit, mut starts: Vec<Start>, part: Part<'_
         once.insert((added.effect.mechanism().id, added.scope))
     });
     trials
+}
+
+/// What candidates come to in stretches, as long as each may still come near the best.
+fn followed(
+    problem: &Problem,
+    base: &Fit,
+    mut candidates: Vec<Candidate>,
+    part: Part<'_>,
+    mut best: f64,
+) -> Vec<Trial> {
+    for _ in 0..STRETCHES {
+        let goes_on = |Candidate { fit, promised, to_beat }: &Candidate| {
+            would_be(fit) < *to_beat && may_still(base, fit, *promised, best)
+        };
+        let follow = |candidate: Candidate| {
+            if !goes_on(&candidate) {
+                return candidate;
+            }
+            Candidate { fit: candidate.fit.further(problem, part, Effort::AGAIN), ..candidate }
+        };
+        candidates = candidates.into_par_iter().map(follow).collect();
+        best = candidates.iter().map(|candidate| candidate.fit.cost).fold(best, f64::min);
+    }
+    candidates.into_iter().map(|candidate| Trial::new(problem, candidate.fit)).collect()
+}
+
+/// Where a fit would be after so many steps like its last.
+fn would_be(fit: &Fit) -> f64 {
+    fit.cost - SOON * fit.gaining
 }
 
 /// Whether a fit may still come near the best: it gains enough, or was promised to.

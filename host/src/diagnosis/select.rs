@@ -321,6 +321,11 @@ impl Selecting<'_> {
         trial.bic + (loose + trial.coincidences.len()) as f64 * FURTHER * self.gained(trial)
     }
 
+    /// Whether a model's burden is less than another's by more than fits to the same end differ.
+    fn is_lighter(&self, trial: &Trial, other: &Trial) -> bool {
+        self.burden(trial) < self.burden(other) - 1.0
+    }
+
     /// Whether the baseline had not converged: what falls with a model's only mechanism falls without it as well. Then that is the baseline.
     fn found_lower_baseline(&mut self, of: &Standing) -> Option<bool> {
         let [Some(again)] = of.fewer.as_slice() else { return Some(false) };
@@ -381,8 +386,7 @@ impl Selecting<'_> {
         }
         trials.extend(unfolded(self.problem, retuned, self.mechanisms, &scopes, self.part));
         let lightest = trials.iter().min_by(|a, b| self.burden(a).total_cmp(&self.burden(b)));
-        let Some(lightest) = lightest.filter(|trial| self.burden(trial) < self.burden(&from.trial) - 1.0).cloned()
-        else {
+        let Some(lightest) = lightest.filter(|trial| self.is_lighter(trial, &from.trial)).cloned() else {
             return Some(from);
         };
         let begun = Standing::of(self.problem, lightest, self.part)?;
@@ -395,8 +399,8 @@ impl Selecting<'_> {
         let others: Vec<(usize, Trial)> = others.map(|trial| (0, trial)).collect();
         let rivals = std::mem::replace(&mut self.rivals, others);
         let here = self.settled(begun, progress)?;
-        let is_better = self.burden(&here.trial) < self.burden(&from.trial) - 1.0
-            && (leaves || !remains(&self.selection(here.clone())));
+        let is_better =
+            self.is_lighter(&here.trial, &from.trial) && (leaves || !remains(&self.selection(here.clone())));
         if is_better {
             return Some(here);
         }
@@ -418,16 +422,14 @@ impl Selecting<'_> {
             together(self.problem, retuned, &first, self.mechanisms, self.part, *cost)
         });
         let lightest = pairs.min_by(|a, b| self.burden(a).total_cmp(&self.burden(b)));
-        let is_lighter = |trial: &Trial| self.burden(trial) < self.burden(&from.trial) - 1.0;
-        let Some(pair) = lightest.filter(is_lighter) else { return Some(from) };
-        let before = (std::mem::take(&mut self.rivals), self.retuned.clone());
+        let Some(pair) = lightest.filter(|pair| self.is_lighter(pair, &from.trial)) else { return Some(from) };
         let begun = Standing::of(self.problem, pair, self.part)?;
+        let rivals = std::mem::take(&mut self.rivals);
         let here = self.settled(begun, progress)?;
-        let is_lighter = self.burden(&here.trial) < self.burden(&from.trial) - 1.0;
-        if is_lighter && !remains(&self.selection(here.clone())) {
+        if self.is_lighter(&here.trial, &from.trial) && !remains(&self.selection(here.clone())) {
             return Some(here);
         }
-        (self.rivals, self.retuned) = before;
+        self.rivals = rivals;
         Some(from)
     }
 
@@ -527,7 +529,7 @@ impl Selecting<'_> {
     /// Refits the others in the place of each mechanism and takes the best, if it is better; it comes last.
     fn exchanged(&mut self, from: Standing) -> Option<Standing> {
         self.find_all_rivals(&from);
-        let better = self.rivals.iter().filter(|(_, trial)| self.burden(trial) < self.burden(&from.trial) - 1.0);
+        let better = self.rivals.iter().filter(|(_, trial)| self.is_lighter(trial, &from.trial));
         let lightest = better.min_by(|a, b| self.burden(&a.1).total_cmp(&self.burden(&b.1)));
         let Some((place, trial)) = lightest.cloned() else { return Some(from) };
         self.exchange(from, place, trial)
