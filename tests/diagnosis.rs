@@ -1,6 +1,7 @@
 //! The tool from the outside: `diagnose` on simulated campaigns, its model in `simulate` and `evaluate`, and what bad input gets.
 
 use std::collections::BTreeSet;
+use std::path::Path;
 
 use serde_json::Value;
 use tempfile::TempDir;
@@ -35,6 +36,36 @@ const RIG: [&str; 4] = ["--body-stiffness", "25000", "--pad", "80000"];
 const DAMPED: &str = "hunt-crossley-damping:alpha_s_per_m=0.3";
 /// Few mechanisms are enough for the form of an answer, and quick.
 const FEW: [&str; 6] = ["--only", "hunt-crossley-damping", "--only", "guide-friction", "--only", "clipping"];
+
+/// Every last value of a CSV made another.
+fn change(file: &Path, made: impl Fn(f64) -> f64) {
+    let changed = |line: &str| match line.rsplit_once(',').map(|(others, value)| (others, value.parse::<f64>())) {
+        Some((others, Ok(value))) => format!("{others},{}\n", made(value)),
+        _ => format!("{line}\n"),
+    };
+    let text: String = std::fs::read_to_string(file).unwrap().lines().map(changed).collect();
+    std::fs::write(file, text).unwrap();
+}
+
+/// Some keys of a campaign stated otherwise.
+fn restate(folder: &TempDir, name: &str, stated: &[(&str, &str)]) {
+    let file = folder.path().join(name).join("campaign.toml");
+    let restated = |line: &str| match stated.iter().find(|(key, _)| line.split(' ').next() == Some(key)) {
+        Some((key, value)) => format!("{key} = {value}\n"),
+        None => format!("{line}\n"),
+    };
+    let text: String = std::fs::read_to_string(&file).unwrap().lines().map(restated).collect();
+    std::fs::write(&file, text).unwrap();
+}
+
+/// What a diagnosis names, in order.
+fn names(folder: &TempDir, arguments: &[&str]) -> Vec<String> {
+    let text = succeeds(folder, &[&["diagnose", "--json", "-"], arguments].concat());
+    let answer: Value = serde_json::from_str(&text).unwrap();
+    let named = answer["mechanisms"].as_array().unwrap();
+    assert_ne!(answer["verdict"], "unexplained", "{answer}");
+    named.iter().map(|named| named["id"].as_str().unwrap().to_owned()).collect()
+}
 
 fn keys(value: &Value) -> BTreeSet<&str> {
     value.as_object().unwrap_or_else(|| panic!("no object: {value}")).keys().map(String::as_str).collect()
@@ -251,13 +282,7 @@ fn a_speed_or_a_gain_may_be_off_in_some_recordings() {
 
     std::fs::write(path("campaign.toml"), stated).unwrap();
     for name in ["005", "006"] {
-        let file = path(&format!("recordings/{name}.csv"));
-        let weaker = |line: &str| match line.split_once(',').map(|(time, force)| (time, force.parse::<f64>())) {
-            Some((time, Ok(force))) => format!("{time},{}\n", 0.8 * force),
-            _ => format!("{line}\n"),
-        };
-        let text: String = std::fs::read_to_string(&file).unwrap().lines().map(weaker).collect();
-        std::fs::write(&file, text).unwrap();
+        change(&path(&format!("recordings/{name}.csv")), |force| 0.8 * force);
     }
     let parameters = named();
     let relative = &parameters[0];
@@ -569,20 +594,121 @@ fn a_displacement_is_read_as_it_was_simulated() {
         arguments.extend(FEW);
         let beside: Value = serde_json::from_str(&succeeds(&folder, &arguments)).unwrap();
         assert_eq!(beside["verdict"], "consistent", "{name}: {beside}");
-        let toml = folder.path().join(name).join("campaign.toml");
-        let text = std::fs::read_to_string(&toml).unwrap();
-        let alone: String = text
-            .lines()
-            .map(|line| match line.split(' ').next() {
-                Some("observed") => "observed = \"displacement_m\"\n".to_owned(),
-                Some("noise_rms_N") => "noise_rms_N = 1e-5\n".to_owned(),
-                Some("full_scale_N") => "full_scale_N = 0.05\n".to_owned(),
-                _ => format!("{line}\n"),
-            })
-            .collect();
-        std::fs::write(&toml, alone).unwrap();
+        restate(&folder, name, &ALONE);
         let only: Value = serde_json::from_str(&succeeds(&folder, &arguments)).unwrap();
         assert_eq!(only["verdict"], "consistent", "{name}: {only}");
         assert!(number(&only["baseline"], "retuned_rmse") < 1.2e-5, "{name}: {only}");
     }
+}
+
+/// A displacement alone.
+const ALONE: [(&str, &str); 3] =
+    [("observed", "\"displacement_m\""), ("noise_rms_N", "1e-5"), ("full_scale_N", "0.05")];
+
+/// Rails are there for a displacement as for a force, and its limit is the force of the stated springs at that stroke.
+#[test]
+fn a_gauge_that_is_no_force_has_a_chain_too() {
+    let folder = TempDir::new().unwrap();
+    campaign(&folder, "gauge", &[&RIG[..2], &["--displacement", "1e-5", "--seed", "5"]].concat());
+    restate(&folder, "gauge", &ALONE);
+    for recording in 1..=6 {
+        change(&folder.path().join(format!("gauge/recordings/00{recording}.csv")), |stroke_m| stroke_m.min(4e-3));
+    }
+    let only = ["--only", "clipping", "--only", "end-stop", "--only", "force-ceiling"];
+    let text = succeeds(&folder, &[&["diagnose", "gauge", "--json", "-"], &only[..]].concat());
+    let answer: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!((&answer["verdict"], &answer["mechanisms"][0]["id"]), (&"named".into(), &"clipping".into()), "{answer}");
+    let limit = &answer["mechanisms"][0]["parameters"][0];
+    assert!((number(limit, "value") / (25_000.0 * 4e-3) - 1.0).abs() < 0.01, "{limit}");
+}
+
+/// What is cut is the reading with the chain's zero, which is another in each recording.
+#[test]
+fn rails_cut_the_reading_with_its_zero() {
+    let folder = TempDir::new().unwrap();
+    campaign(&folder, "railed", &[&RIG[..2], &["--seed", "5"]].concat());
+    for (recording, zero_n) in (1..=6).zip([6.0, -6.0, 5.0, -5.0, 4.0, -3.0]) {
+        let read = |force_n: f64| (force_n + zero_n).min(70.0);
+        change(&folder.path().join(format!("railed/recordings/00{recording}.csv")), read);
+    }
+    let few = ["--only", "clipping", "--only", "gain-error", "--only", "frame-compliance", "--only", "force-ceiling"];
+    assert_eq!(names(&folder, &[&["railed"], &few[..]].concat()), ["clipping"]);
+}
+
+/// A fall is told by whatever shows it: the acceleration of its motion, what an accelerometer in it feels, the way that it has come; and an air
+/// drag in it.
+#[test]
+fn a_fall_is_read_from_whatever_shows_it() {
+    const GRAVITY: f64 = 9.806_65;
+    let folder = TempDir::new().unwrap();
+    let mut pseudo = 1_u64;
+    // A linear congruential generator's noise: a sum of twelve uniform numbers is nearly normal.
+    let mut noise = || {
+        let uniform = || {
+            pseudo = pseudo.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (pseudo >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        std::iter::repeat_with(uniform).take(12).sum::<f64>() - 6.0
+    };
+    for observed in ["moves", "feels", "way", "height"] {
+        for (air, terminal_m_per_s) in [("vacuum", f64::INFINITY), ("air", 8.0)] {
+            let name = format!("{observed}-{air}");
+            let path = folder.path().join(&name);
+            std::fs::create_dir_all(path.join("recordings")).unwrap();
+            let (column, noise_rms) = match observed {
+                "moves" | "feels" => ("acceleration_m_per_s2", 0.2),
+                "way" => ("displacement_m", 0.002),
+                _ => ("height_m", 0.002),
+            };
+            let mut stated = format!(
+                "format = \"thud-campaign/1\"\nname = \"{name}\"\n[rig]\nkind = \"fall\"\ngravity_along_impact_m_per_s2 = {GRAVITY}\n\
+                 [chain]\nsample_rate_Hz = 500.0\nnoise_rms_N = {noise_rms}\nobserved = \"{column}\"\n"
+            );
+            for recording in 1..=3 {
+                let file = format!("recordings/{recording}.csv");
+                stated += &format!(
+                    "[[recording]]\nfile = \"{file}\"\nimpact_speed_m_per_s = {{ value = 0.0, sd = 0.01 }}\n\
+                     effective_mass_kg = {{ value = 0.2, sd = 0.002 }}\n"
+                );
+                let release_s = 0.2 + 0.0307 * f64::from(recording);
+                let mut text = format!("time_s,{column}\n");
+                for sample in 0..450 {
+                    let time_s = f64::from(sample) / 500.0;
+                    let fallen_s = (time_s - release_s).max(0.0);
+                    // v = v_t·tanh(g·t/v_t), and its integral.
+                    let (acceleration, way_m) = if terminal_m_per_s.is_finite() {
+                        let along = GRAVITY * fallen_s / terminal_m_per_s;
+                        (GRAVITY / along.cosh().powi(2), terminal_m_per_s.powi(2) / GRAVITY * along.cosh().ln())
+                    } else {
+                        (GRAVITY, 0.5 * GRAVITY * fallen_s.powi(2))
+                    };
+                    let acceleration = if time_s < release_s { 0.0 } else { acceleration };
+                    let value = match observed {
+                        "moves" => acceleration,
+                        // Upwards, of what it is held by.
+                        "feels" => GRAVITY - acceleration,
+                        "way" => way_m,
+                        _ => 5.0 - way_m,
+                    };
+                    text += &format!("{time_s:.4},{:.6}\n", value + noise_rms * noise());
+                }
+                std::fs::write(path.join(file), text).unwrap();
+            }
+            std::fs::write(path.join("campaign.toml"), stated).unwrap();
+            let expected: &[&str] = if air == "air" { &["air-drag"] } else { &[] };
+            assert_eq!(names(&folder, &[&name]), expected, "{name}");
+        }
+    }
+}
+
+/// A scale that is wrong by 4 % in the picture of a fall is wrong in nothing else.
+#[test]
+fn a_wrong_scale_of_a_fall_is_a_gain() {
+    let folder = TempDir::new().unwrap();
+    let fall = ["--kind", "fall", "--speeds", "0", "--repeats", "4", "--sample-rate", "240", "--after", "0.6"];
+    succeeds(&folder, &[&["simulate", "--height-noise", "0.002", "--seed", "4", "--out", "video"], &fall[..]].concat());
+    for recording in 1..=4 {
+        change(&folder.path().join(format!("video/recordings/00{recording}.csv")), |height_m| 1.04 * height_m);
+    }
+    assert_eq!(names(&folder, &["video"])[0], "gain-error");
 }

@@ -261,12 +261,18 @@ impl Mechanism {
         self.site == Site::Chain
     }
 
+    /// Whether forces say how much of it there is.
+    #[must_use]
+    pub fn is_in_newtons(&self) -> bool {
+        self.parameters.iter().any(|parameter| matches!(parameter.unit, "N" | "N/s"))
+    }
+
     /// Whether it can be in an experiment of this kind.
     #[must_use]
     pub fn concerns(&self, kind: crate::rig::Kind) -> bool {
         use crate::rig::Kind;
         match (kind, self.group) {
-            (Kind::Fall, group) => group == Group::Fall || self.site == Site::InitialCondition,
+            (Kind::Fall, group) => group == Group::Fall || matches!(self.site, Site::InitialCondition | Site::Chain),
             (Kind::Impact, group) => group != Group::Fall,
             (Kind::Drop, group) => group != Group::Robot || self.site == Site::InitialCondition,
         }

@@ -43,7 +43,7 @@ pub mod words;
 
 use thud_sim::mechanism::{LIST, Mechanism, MechanismError};
 
-use crate::campaign::{Loaded, RigKind};
+use crate::campaign::{Campaign, Loaded, Observed, RigKind};
 use fit::{Effort, Fit};
 use held_out::HeldOut;
 use layout::Layout;
@@ -121,18 +121,21 @@ pub struct Options {
 }
 
 impl Options {
-    /// The mechanisms that may be tried for a kind of rig.
+    /// The mechanisms that may be tried for a campaign's kind of rig and what was observed: no newtons stand for the place of what falls.
     ///
     /// # Errors
     /// An id that does not exist.
-    pub fn mechanisms(&self, kind: RigKind) -> Result<Vec<&'static Mechanism>, DiagnosisError> {
+    pub fn mechanisms(&self, campaign: &Campaign) -> Result<Vec<&'static Mechanism>, DiagnosisError> {
         for id in self.without.iter().chain(&self.only) {
             Mechanism::find(id).map_err(DiagnosisError::Mechanism)?;
         }
+        let kind = campaign.rig.kind;
+        let is_place = kind == RigKind::Fall && campaign.chain.observed != Observed::Acceleration;
         let wanted = |mechanism: &&'static Mechanism| {
             let id = mechanism.id;
             let listed = self.only.is_empty() || self.only.iter().any(|only| only == id);
-            listed && !self.without.iter().any(|without| without == id) && mechanism.concerns(kind)
+            let is_shown = !(is_place && mechanism.is_seen_only() && mechanism.is_in_newtons());
+            listed && !self.without.iter().any(|without| without == id) && mechanism.concerns(kind) && is_shown
         };
         Ok(LIST.iter().copied().filter(wanted).collect())
     }
@@ -170,7 +173,7 @@ pub fn diagnose(
     options: &Options,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Diagnosis, DiagnosisError> {
-    let mechanisms = options.mechanisms(loaded.campaign.rig.kind)?;
+    let mechanisms = options.mechanisms(&loaded.campaign)?;
     let mut notes = Vec::new();
     let problem = Problem::new(loaded, &mut notes)?;
     let all: Vec<usize> = (0..problem.recordings.len()).collect();

@@ -3,11 +3,11 @@
 //! A contact ends where P = −F_a instead of P = 0. Until then pad and springs are stretched, so that the cell sees a
 //! brief tension; then the pad lets go, with F_a²/2k less energy, and a massless piece is back at rest (as far
 //! as friction lets it). A soft pad does not let go at once: necks and fibrils still pull while the robot is up to ℓ away, the less the
-//! farther, F_a·(1 − s/ℓ), and cost F_a·ℓ/2 more. That is over in a millisecond, in which the robot's speed is taken as it is.
+//! farther, F_a·(1 − s/ℓ), and cost F_a·ℓ/2 more. That is over in a millisecond or some, in which the robot's speed is taken as it is.
 //!
 //! Source: pull-off force of adhesive contact, K. L. Johnson, K. Kendall, A. D. Roberts, Proc. R. Soc. A 324 (1971) 301,
-//! whose jump into contact is left out: over millimetres of stroke it is not seen. Necks of tens to hundreds of micrometres: probe tests
-//! of soft adhesives, C. Creton, M. Ciccotti, Rep. Prog. Phys. 79 (2016) 046601.
+//! whose jump into contact is left out: over millimetres of stroke it is not seen. Necks of tens of micrometres to some millimetres, five to
+//! ten times the sticky layer: probe tests of soft adhesives, C. Creton, M. Ciccotti, Rep. Prog. Phys. 79 (2016) 046601.
 
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::Assembly;
@@ -39,13 +39,13 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             meaning: "distance ℓ over which the tension falls once the pad lets go",
             null: None,
             range: (1e-6, 1e-2),
-            plausible: (1e-5, 1e-3),
+            plausible: (1e-5, 3e-3),
             typical: 1e-4,
             scale: Scale::Logarithmic,
-            search: Search::Typical,
+            search: Search::OneOf(&[1e-4, 2e-3]),
         },
     ],
-    signature: "the force goes below zero at release, the more slowly the softer the rig, and comes back from one value within a millisecond",
+    signature: "the force goes below zero at release, the more slowly the softer the rig, and comes back from one value within a millisecond or some",
     confused_with: &["piezo-discharge", "moving-piece-inertia", "filter-lag"],
     separated_by: "talc on the pad; an undershoot of the chain lasts for seconds and grows with the impulse",
     enter,

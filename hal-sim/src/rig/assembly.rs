@@ -466,4 +466,9 @@ pub struct Trigger {
 pub trait Stage: Debug + Send + Sync {
     /// Changes the signal (N), sampled at rising times (s).
     fn apply(&self, times_s: &[f64], signal_n: &mut [f64]);
+
+    /// Whether what it works on is the signal with the chain's zero.
+    fn reads_zero(&self) -> bool {
+        false
+    }
 }

@@ -233,14 +233,20 @@ impl Impact {
     #[must_use]
     pub fn measured_n(&self, times_s: &[f64]) -> Vec<f64> {
         let mut signal = self.sample(Quantity::CellForce, times_s);
-        self.apply_chain(times_s, &mut signal);
+        self.apply_chain(times_s, 0.0, &mut signal);
         self.apply_log(times_s, &mut signal);
         signal
     }
 
-    /// Sends a signal (N), sampled at rising instants (s), through the measuring chain's mechanisms.
-    pub fn apply_chain(&self, times_s: &[f64], signal_n: &mut [f64]) {
-        self.chain.iter().for_each(|stage| stage.apply(times_s, signal_n));
+    /// Sends a signal (N), sampled at rising instants (s), through the measuring chain's mechanisms. What reads the chain's zero (N) as well
+    /// is told it; it is not in the signal, before or after.
+    pub fn apply_chain(&self, times_s: &[f64], zero_n: f64, signal_n: &mut [f64]) {
+        for stage in &self.chain {
+            let zero_n = if stage.reads_zero() { zero_n } else { 0.0 };
+            signal_n.iter_mut().for_each(|force| *force += zero_n);
+            stage.apply(times_s, signal_n);
+            signal_n.iter_mut().for_each(|force| *force -= zero_n);
+        }
     }
 
     /// Does to samples (N) at rising instants (s) what the log does to them. A mean over samples is to be what it is before: here it jumps.

@@ -271,11 +271,11 @@ impl RigCheck<'_> {
                 "state both in the unit of the observed channel",
             ));
         }
-        if rig.kind == RigKind::Fall && matches!(observed, Observed::Force | Observed::Displacement) {
+        if rig.kind == RigKind::Fall && observed == Observed::Force {
             return Err(self.refuse(
                 table.observed.span(),
-                format!("a fall has no rig, so there is no `{}` to observe", observed.column()),
-                "observe `height_m` or `acceleration_m_per_s2`, or state the kind of the rig as \"impact\" or \"drop\"",
+                "a fall has no rig, so there is no `force_N` to observe",
+                "observe `height_m`, `displacement_m` or `acceleration_m_per_s2`, or state the kind of the rig as \"impact\" or \"drop\"",
             ));
         }
         Ok(Chain { sample_rate_hz, noise_rms, full_scale, observed })

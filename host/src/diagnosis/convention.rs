@@ -36,6 +36,9 @@ pub(super) struct Convention {
 pub(super) fn convention(loaded: &Loaded, column: &str) -> Convention {
     let kind = loaded.campaign.rig.kind;
     match Observed::ALL.into_iter().find(|observed| observed.column() == column) {
+        Some(Observed::Displacement) if kind == RigKind::Fall => {
+            Convention { quantity: Quantity::Position, sign: bent_downwards(loaded) }
+        }
         Some(Observed::Displacement) => Convention { quantity: displacement(loaded), sign: 1.0 },
         // A height counts upwards, the motion downwards.
         Some(Observed::Height) => Convention { quantity: Quantity::Position, sign: -1.0 },
@@ -49,9 +52,6 @@ pub(super) fn convention(loaded: &Loaded, column: &str) -> Convention {
 
 fn displacement(loaded: &Loaded) -> Quantity {
     let campaign = &loaded.campaign;
-    if campaign.rig.kind == RigKind::Fall {
-        return Quantity::Position;
-    }
     let mut slopes = Vec::new();
     let mut heights = Vec::new();
     for (entry, recording) in campaign.recordings.iter().zip(&loaded.recordings) {
@@ -96,8 +96,10 @@ fn direction(loaded: &Loaded) -> f64 {
     if signs < 0.0 { -1.0 } else { 1.0 }
 }
 
-/// 1 or −1: whether an acceleration counts downwards. A body that is let go shows gravity; an accelerometer in it shows nothing, and
-/// then what the air takes, which the offset of the channel and this sign make an acceleration of.
+/// 1 or −1: whether an acceleration counts downwards. Where the release is recorded it steps by gravity, whether the body is at rest before and
+/// gravity's after, as it moves, or gravity's before and at rest after, as an accelerometer in it feels. Recorded in flight alone a
+/// body shows gravity; an accelerometer in it shows nothing, and then what the air takes, which the offset of the channel and
+/// this sign make an acceleration of.
 fn fall_direction(loaded: &Loaded) -> f64 {
     let gravity = loaded.campaign.rig.gravity_along_impact_m_per_s2;
     let signs: f64 = loaded
@@ -106,12 +108,28 @@ fn fall_direction(loaded: &Loaded) -> f64 {
         .filter_map(|recording| recording.channel(Observed::Acceleration.column()))
         .filter_map(|values| {
             let end = a_twentieth(values);
-            let first = median(values[..end].to_vec())?;
-            let last = median(values[values.len() - end..].to_vec())?;
-            Some(if first.abs() > gravity / 2.0 { first.signum() } else { (first - last).signum() })
+            let middles = values.chunks(end).map(|chunk| median(chunk.to_vec()));
+            let middles: Vec<f64> = middles.collect::<Option<_>>()?;
+            let (first, last) = (middles.first()?, middles.last()?);
+            // The step may lie within a chunk.
+            let released = middles.windows(3).map(|three| three[2] - three[0]).find(|step| step.abs() > gravity / 2.0);
+            let in_flight = if first.abs() > gravity / 2.0 { *first } else { first - last };
+            Some(released.unwrap_or(in_flight).signum())
         })
         .sum();
     if signs < 0.0 { -1.0 } else { 1.0 }
+}
+
+/// 1 or −1: whether a displacement of what falls counts downwards: gravity bends its course, whatever it began with.
+fn bent_downwards(loaded: &Loaded) -> f64 {
+    let bends = loaded.recordings.iter().filter_map(|recording| {
+        let values = recording.channel(Observed::Displacement.column())?;
+        let times_s = recording.times_s();
+        let half_s = 0.5 * (times_s.first()? + times_s.last()?);
+        let half = times_s.partition_point(|time| *time < half_s);
+        Some((slope(&times_s[half..], &values[half..])? - slope(&times_s[..half], &values[..half])?).signum())
+    });
+    if bends.sum::<f64>() < 0.0 { -1.0 } else { 1.0 }
 }
 
 /// How many values are a twentieth of all; one at least, where there is one.

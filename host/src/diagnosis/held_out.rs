@@ -98,7 +98,7 @@ pub fn held_out(problem: &Problem, baseline: &Fit, fit: &Fit) -> HeldOut {
             for number in &left_out {
                 for (place, coordinate) in layout.locals.iter().enumerate() {
                     start.locals[*number][place] = match coordinate.role {
-                        Role::Contact | Role::Mechanism { .. } => known.point.locals[*number][place],
+                        Role::Contact | Role::Offset(_) | Role::Mechanism { .. } => known.point.locals[*number][place],
                         _ => fresh.locals[*number][place],
                     };
                 }

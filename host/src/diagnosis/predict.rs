@@ -104,10 +104,12 @@ pub fn read(
         let series = &mut values[from..];
         impact.sample_into(channel.quantity, &since_s, series);
         bent(series, channel.quantity, impact, &since_s, prepared);
-        felt(channel, impact, &since_s, (&prepared.bends, converter_s2(layout, point, prepared)), series);
+        let zero = layout.local(point, recording, Role::Offset(number)).unwrap_or(0.0);
+        averaged(series, &prepared.bends, converter_s2(layout, point, prepared));
+        felt(channel, impact, &since_s, zero, series);
         averaged(series, &prepared.bends, prepared.mean_of_s2());
         logged(channel, impact, &since_s, series);
-        told(channel, layout.local(point, recording, Role::Offset(number)), series);
+        series.iter_mut().for_each(|value| *value += zero);
     }
     values
 }
@@ -122,21 +124,22 @@ pub fn raw(problem: &Problem, layout: &Layout, point: &Point, recording: usize) 
     let channel = &problem.channels[0];
     let mut values = vec![0.0; since_s.len()];
     impact.sample_into(channel.quantity, &since_s, &mut values);
-    let bends = bends(&since_s);
-    felt(channel, &impact, &since_s, (&bends, converter_s2(layout, point, prepared)), &mut values);
+    let zero = layout.local(point, recording, Role::Offset(0)).unwrap_or(0.0);
+    averaged(&mut values, &bends(&since_s), converter_s2(layout, point, prepared));
+    felt(channel, &impact, &since_s, zero, &mut values);
     logged(channel, &impact, &since_s, &mut values);
-    told(channel, layout.local(point, recording, Role::Offset(0)), &mut values);
+    values.iter_mut().for_each(|value| *value += zero);
     Some(values)
 }
 
-/// Where robot and rig touch or part a curve is bent in one place: of the blocks there the second difference says too little or too much of
+/// Where robot and rig touch or part, or what falls is let go, a curve is bent in one place: of the blocks there the second difference says too little or too much of
 /// the mean. What is missing is added.
 fn bent(series: &mut [f64], quantity: Quantity, impact: &Impact, since_s: &[f64], prepared: &Prepared) {
     let n = prepared.averaged;
     if n == 1 {
         return;
     }
-    let ends = impact.contact_intervals().iter().flat_map(|(from, to)| [Some(*from), *to]).flatten();
+    let ends = impact.contact_intervals().iter().flat_map(|(from, to)| [Some(*from), *to]).flatten().chain([0.0]);
     let mut blocks: Vec<usize> = Vec::new();
     for end_s in ends {
         let next = since_s.partition_point(|time| *time < end_s);
@@ -163,34 +166,23 @@ fn bent(series: &mut [f64], quantity: Quantity, impact: &Impact, since_s: &[f64]
     }
 }
 
-/// What reaches a channel's readout at instants after contact, by way of the converter's filter; a force by way of the measuring chain,
-/// which may clip what the filter has rounded.
-fn felt(
-    channel: &ChannelModel,
-    impact: &Impact,
-    since_s: &[f64],
-    (bends, converter_s2): (&[[f64; 2]], f64),
-    series: &mut [f64],
-) {
-    averaged(series, bends, converter_s2);
-    if channel.quantity == Quantity::CellForce {
-        impact.apply_chain(since_s, series);
-    }
+/// What a channel's readout makes of the motion, which may clip what the converter's filter has rounded; its zero comes later.
+fn felt(channel: &ChannelModel, impact: &Impact, since_s: &[f64], zero: f64, series: &mut [f64]) {
+    series.iter_mut().for_each(|value| *value *= channel.sign);
+    in_newtons(channel, series, |series, newtons| impact.apply_chain(since_s, zero * newtons, series));
 }
 
-/// What the log makes of the samples of a force.
+/// What the log makes of the samples of a channel.
 fn logged(channel: &ChannelModel, impact: &Impact, since_s: &[f64], series: &mut [f64]) {
-    if channel.quantity == Quantity::CellForce {
-        impact.apply_log(since_s, series);
-    }
+    in_newtons(channel, series, |series, _| impact.apply_log(since_s, series));
 }
 
-/// What the readout makes of it: its sign, its offset.
-fn told(channel: &ChannelModel, offset: Option<f64>, series: &mut [f64]) {
-    let offset = offset.unwrap_or(0.0);
-    for value in series {
-        *value = channel.sign * *value + offset;
-    }
+/// What is behind the measuring chain, in newtons on the way.
+fn in_newtons(channel: &ChannelModel, series: &mut [f64], apply: impl FnOnce(&mut [f64], f64)) {
+    let Some(newtons) = channel.newtons else { return };
+    series.iter_mut().for_each(|value| *value *= newtons);
+    apply(series, newtons);
+    series.iter_mut().for_each(|value| *value /= newtons);
 }
 
 /// Half the variance of what the filter before the converter averages over, s².

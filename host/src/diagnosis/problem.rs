@@ -15,7 +15,7 @@ use super::convention::{Convention, convention};
 use super::noise::Noise;
 use super::predict::bends;
 use super::{DiagnosisError, Note};
-use crate::campaign::{Estimate, Loaded, Observed, Rig, RigKind};
+use crate::campaign::{Campaign, Estimate, Loaded, Observed, Rig, RigKind};
 
 /// Samples that one contact is thinned to, at least.
 const SAMPLES_PER_CONTACT: f64 = 110.0;
@@ -70,6 +70,8 @@ pub struct ChannelModel {
     pub quantity: Quantity,
     /// 1, or −1 where the channel counts the other way round.
     pub sign: f64,
+    /// What 1 of its unit stands for in the measuring chain, N; none: it does not come by way of that.
+    pub newtons: Option<f64>,
 }
 
 /// A recording, ready to be fitted.
@@ -355,17 +357,38 @@ impl Problem {
             });
             prepared.iter_mut().zip(noises).for_each(|(recording, noise)| recording.noise.push(noise));
         }
+        // The chain is that of the force; where none was recorded, of what was observed.
+        let is_force = |convention: &Convention| convention.quantity == Quantity::CellForce;
+        let chained = conventions.iter().position(is_force).unwrap_or(0);
         let channels = columns
             .iter()
             .zip(&conventions)
-            .map(|(column, Convention { quantity, sign })| ChannelModel {
+            .enumerate()
+            .map(|(number, (column, Convention { quantity, sign }))| ChannelModel {
                 column: column.clone(),
                 quantity: *quantity,
                 sign: *sign,
+                newtons: (number == chained).then(|| newtons(campaign, *quantity)),
             })
             .collect();
         let mass_sd = mass_sd.into_iter().map(|(sum, count)| sum / count.max(1) as f64).collect();
         Ok(Self { rig: campaign.rig.clone(), channels, recordings: prepared, configurations, mass_sd })
+    }
+}
+
+/// The force, N, on the stated rig or robot at which a quantity is 1 of its unit: N/m of a displacement, kg of an acceleration. For the place
+/// of what falls it is 1, since nothing that is in newtons is tried there ([`Options::mechanisms`](super::Options::mechanisms)).
+fn newtons(campaign: &Campaign, quantity: Quantity) -> f64 {
+    let has_springs = campaign.rig.kind != RigKind::Fall;
+    let rig = crate::model::simulated(&campaign.rig);
+    match quantity {
+        Quantity::Acceleration => {
+            let masses = campaign.recordings.iter().map(|recording| recording.effective_mass_kg.value);
+            median(masses.collect()).unwrap_or(1.0)
+        }
+        Quantity::Stroke if has_springs => rig.body_stiffness_n_per_m,
+        Quantity::Position | Quantity::Depth if has_springs => rig.effective_stiffness_n_per_m(),
+        _ => 1.0,
     }
 }
 

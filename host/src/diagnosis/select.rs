@@ -252,6 +252,7 @@ pub fn select(
     let here = selecting.revised(here, progress)?;
     let here = selecting.paired(here, progress)?;
     let here = selecting.steadied(here, progress)?;
+    let here = selecting.stripped(here)?;
     selecting.meet_kin(&here);
     let here = selecting.foretelling(here)?;
     Some(selecting.selection(here))
@@ -352,14 +353,19 @@ impl Selecting<'_> {
             if here.has(&grown) {
                 break;
             }
-            // Beside another one it may not be needed any more.
-            let needed = self.needed(here.clone())?;
-            if needed.mechanisms() < here.mechanisms() {
-                self.find_all_rivals(&needed);
-                here = needed;
-            }
+            here = self.stripped(here)?;
         }
         Some(here)
+    }
+
+    /// Without what is not needed beside another that has taken a place.
+    fn stripped(&mut self, from: Standing) -> Option<Standing> {
+        let needed = self.needed(from.clone())?;
+        if needed.mechanisms() == from.mechanisms() {
+            return Some(from);
+        }
+        self.find_all_rivals(&needed);
+        Some(needed)
     }
 
     /// Where something is left, or more is named than one steady mechanism, every one is begun anew: the fit may have gone astray, not

@@ -90,7 +90,7 @@ pub struct Candidate {
 pub fn view(folder: &Path, without: &[String]) -> miette::Result<View> {
     let loaded = campaign::load(folder)?;
     let options = Options { without: without.to_vec(), only: Vec::new() };
-    let mechanisms = options.mechanisms(loaded.campaign.rig.kind)?;
+    let mechanisms = options.mechanisms(&loaded.campaign)?;
     let problem = Problem::new(&loaded, &mut Vec::new())?;
     let all: Vec<usize> = (0..problem.recordings.len()).collect();
     let impossible = || miette!("the baseline of {} cannot be simulated", folder.display());
