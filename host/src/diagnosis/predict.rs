@@ -132,8 +132,8 @@ pub fn raw(problem: &Problem, layout: &Layout, point: &Point, recording: usize) 
     Some(values)
 }
 
-/// Where robot and rig touch or part, or what falls is let go, a curve is bent in one place: of the blocks there the second difference says too little or too much of
-/// the mean. What is missing is added.
+/// Where robot and rig touch or part, or what falls is let go, a curve is bent in one place: of the blocks there the second difference says
+/// too little or too much of the mean. What is missing is added.
 fn bent(series: &mut [f64], quantity: Quantity, impact: &Impact, since_s: &[f64], prepared: &Prepared) {
     let n = prepared.averaged;
     if n == 1 {
