@@ -53,7 +53,7 @@ fn impacts(criterion: &mut Criterion) {
             bencher.iter(|| {
                 let impact = strike(effects, Accuracy::default());
                 impact.sample_into(Quantity::CellForce, &times, &mut force);
-                impact.apply_chain(&times, &mut force);
+                impact.apply_chain(&times, 0.0, &mut force);
                 force[100]
             });
         });
@@ -93,7 +93,7 @@ fn table() {
             });
             let sample_us = shortest_us(|| {
                 impact.sample_into(Quantity::CellForce, &times, &mut buffer);
-                impact.apply_chain(&times, &mut buffer);
+                impact.apply_chain(&times, 0.0, &mut buffer);
             });
             let effort = impact.effort();
             print!(
