@@ -149,7 +149,7 @@ fn a_piece_comes_to_rest_at_its_stop() {
 /// What earlier long runs found. Each is a rig (N/m, with 0 for no pad), a speed, a mass and the effects.
 #[test]
 fn what_once_defeated_it_does_so_no_more() {
-    let found: [(f64, f64, f64, f64, &[&str]); 8] = [
+    let found: [(f64, f64, f64, f64, &[&str]); 9] = [
         // A light piece between overdamped springs that creeps up to the edge of what its friction holds.
         (
             58_931.8,
@@ -184,6 +184,18 @@ fn what_once_defeated_it_does_so_no_more() {
                 "hunt-crossley-damping:alpha_s_per_m=0.22538437773617198",
                 "robot-push:force_N=92.92237193333082,servo_stiffness_N_per_m=16000",
                 "pad-relaxation:ratio=0.7091179606463299,time_constant_s=0.003921812765382885",
+            ],
+        ),
+        // A ringing piece that comes back to the robot again and again before its necks break.
+        (
+            10_000.0,
+            0.0,
+            0.05,
+            3.0,
+            &[
+                "adhesion:pull_off_N=0.2,neck_m=0.0008233874344375264",
+                "moving-piece-inertia:mass_kg=0.02,pad_damping_ratio=0.005,spring_damping_ratio=0.001,\
+                 contact_stiffness_N_per_m=3825161.3856350966,stop_ratio=0.003,stop_damping_ratio=0.15",
             ],
         ),
         // A ringing piece that lets go of the robot for less than a step.

@@ -29,11 +29,12 @@ struct Motion {
     effort: Effort,
 }
 
-/// What still pulls after a separation, until it breaks.
+/// What still pulls after a separation, until it breaks or the pad is touched again.
 #[derive(Clone, Copy, Debug)]
 struct Neck {
     from_s: f64,
     lasts_s: f64,
+    until_s: f64,
     /// At first, N.
     pull_n: f64,
 }
@@ -100,20 +101,22 @@ impl Motion {
         if touched.pull_off_n == 0.0 || touched.neck_m == 0.0 {
             return Vec::new();
         }
-        let neck = |from_s: f64| {
+        let touched_again_s = self.intervals.iter().skip(1).map(|(from_s, _)| *from_s).chain([f64::INFINITY]);
+        let separations = self.intervals.iter().zip(touched_again_s);
+        let neck = |(from_s, until_s): (f64, f64)| {
             let mut state = [0.0; MOST_STATES];
             self.trajectory.state(self.trajectory.find(from_s), from_s, &mut state);
             let lasts_s = touched.neck_m / state[1].abs().max(SLOWEST_M_PER_S);
-            Neck { from_s, lasts_s, pull_n: touched.pull_off_n }
+            Neck { from_s, lasts_s, until_s, pull_n: touched.pull_off_n }
         };
-        self.intervals.iter().filter_map(|(_, end_s)| *end_s).map(neck).collect()
+        separations.filter_map(|((_, end_s), until_s)| Some(((*end_s)?, until_s))).map(neck).collect()
     }
 
     /// What pulls at an instant, N: from the piece to the robot, and on the cell.
     fn neck_n(&self, time_s: f64) -> f64 {
         let pull_n = |neck: &Neck| {
             let part = (time_s - neck.from_s) / neck.lasts_s;
-            if (0.0..1.0).contains(&part) { neck.pull_n * (1.0 - part) } else { 0.0 }
+            if (0.0..1.0).contains(&part) && time_s < neck.until_s { neck.pull_n * (1.0 - part) } else { 0.0 }
         };
         self.necks.iter().map(pull_n).sum()
     }
@@ -242,10 +245,13 @@ impl Impact {
     /// is told it; it is not in the signal, before or after.
     pub fn apply_chain(&self, times_s: &[f64], zero_n: f64, signal_n: &mut [f64]) {
         for stage in &self.chain {
-            let zero_n = if stage.reads_zero() { zero_n } else { 0.0 };
-            signal_n.iter_mut().for_each(|force| *force += zero_n);
-            stage.apply(times_s, signal_n);
-            signal_n.iter_mut().for_each(|force| *force -= zero_n);
+            if stage.reads_zero() {
+                signal_n.iter_mut().for_each(|force| *force += zero_n);
+                stage.apply(times_s, signal_n);
+                signal_n.iter_mut().for_each(|force| *force -= zero_n);
+            } else {
+                stage.apply(times_s, signal_n);
+            }
         }
     }
 
