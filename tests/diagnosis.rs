@@ -3,6 +3,9 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use rand::SeedableRng as _;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution as _, StandardNormal};
 use serde_json::Value;
 use tempfile::TempDir;
 use tool::{refused, run_in, told};
@@ -643,69 +646,86 @@ fn rails_cut_the_reading_with_its_zero() {
     assert_eq!(names(&folder, &[&["railed"], &few[..]].concat()), ["clipping"]);
 }
 
-/// A fall is told by whatever shows it: the acceleration of its motion, what an accelerometer in it feels, the way that it has come; and an air
-/// drag in it.
+/// What shows a fall.
+#[derive(Clone, Copy, Debug)]
+enum Shows {
+    /// The acceleration of its motion.
+    Motion,
+    /// What an accelerometer in it feels, upwards.
+    Weight,
+    /// The way that it has come.
+    Way,
+    /// How high it still is.
+    Height,
+}
+
+impl Shows {
+    /// Its column and the noise there, in its unit.
+    fn column(self) -> (&'static str, f64) {
+        match self {
+            Self::Motion | Self::Weight => ("acceleration_m_per_s2", 0.2),
+            Self::Way => ("displacement_m", 0.002),
+            Self::Height => ("height_m", 0.002),
+        }
+    }
+}
+
+const GRAVITY: f64 = 9.806_65;
+
+/// Acceleration and way of what has fallen for so long, v = v_t·tanh(g·t/v_t); without air v_t is infinite.
+fn fallen(since_s: f64, terminal_m_per_s: f64) -> (f64, f64) {
+    if terminal_m_per_s.is_infinite() {
+        return (GRAVITY, 0.5 * GRAVITY * since_s.powi(2));
+    }
+    let along = GRAVITY * since_s / terminal_m_per_s;
+    (GRAVITY / along.cosh().powi(2), terminal_m_per_s.powi(2) / GRAVITY * along.cosh().ln())
+}
+
+/// Three falls from rest, each with its release, at 500 Hz.
+fn falls(folder: &TempDir, name: &str, shows: Shows, terminal_m_per_s: f64, chance: &mut ChaCha8Rng) {
+    let path = folder.path().join(name);
+    std::fs::create_dir_all(path.join("recordings")).unwrap();
+    let (column, noise_rms) = shows.column();
+    let mut stated = format!(
+        "format = \"thud-campaign/1\"\nname = \"{name}\"\n[rig]\nkind = \"fall\"\ngravity_along_impact_m_per_s2 = {GRAVITY}\n\
+         [chain]\nsample_rate_Hz = 500.0\nnoise_rms_N = {noise_rms}\nobserved = \"{column}\"\n"
+    );
+    for recording in 1..=3 {
+        let file = format!("recordings/{recording}.csv");
+        stated += &format!(
+            "[[recording]]\nfile = \"{file}\"\nimpact_speed_m_per_s = {{ value = 0.0, sd = 0.01 }}\n\
+             effective_mass_kg = {{ value = 0.2, sd = 0.002 }}\n"
+        );
+        let release_s = 0.2 + 0.0307 * f64::from(recording);
+        let mut text = format!("time_s,{column}\n");
+        for sample in 0..450 {
+            let time_s = f64::from(sample) / 500.0;
+            let (acceleration, way_m) =
+                if time_s < release_s { (0.0, 0.0) } else { fallen(time_s - release_s, terminal_m_per_s) };
+            let shown = match shows {
+                Shows::Motion => acceleration,
+                Shows::Weight => GRAVITY - acceleration,
+                Shows::Way => way_m,
+                Shows::Height => 5.0 - way_m,
+            };
+            let noise: f64 = StandardNormal.sample(chance);
+            text += &format!("{time_s:.4},{:.6}\n", shown + noise_rms * noise);
+        }
+        std::fs::write(path.join(file), text).unwrap();
+    }
+    std::fs::write(path.join("campaign.toml"), stated).unwrap();
+}
+
+/// A fall is told by whatever shows it, and an air drag in it.
 #[test]
 fn a_fall_is_read_from_whatever_shows_it() {
-    const GRAVITY: f64 = 9.806_65;
     let folder = TempDir::new().unwrap();
-    let mut pseudo = 1_u64;
-    // A linear congruential generator's noise: a sum of twelve uniform numbers is nearly normal.
-    let mut noise = || {
-        let uniform = || {
-            pseudo = pseudo.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (pseudo >> 11) as f64 / (1_u64 << 53) as f64
-        };
-        std::iter::repeat_with(uniform).take(12).sum::<f64>() - 6.0
-    };
-    for observed in ["moves", "feels", "way", "height"] {
-        for (air, terminal_m_per_s) in [("vacuum", f64::INFINITY), ("air", 8.0)] {
-            let name = format!("{observed}-{air}");
-            let path = folder.path().join(&name);
-            std::fs::create_dir_all(path.join("recordings")).unwrap();
-            let (column, noise_rms) = match observed {
-                "moves" | "feels" => ("acceleration_m_per_s2", 0.2),
-                "way" => ("displacement_m", 0.002),
-                _ => ("height_m", 0.002),
-            };
-            let mut stated = format!(
-                "format = \"thud-campaign/1\"\nname = \"{name}\"\n[rig]\nkind = \"fall\"\ngravity_along_impact_m_per_s2 = {GRAVITY}\n\
-                 [chain]\nsample_rate_Hz = 500.0\nnoise_rms_N = {noise_rms}\nobserved = \"{column}\"\n"
-            );
-            for recording in 1..=3 {
-                let file = format!("recordings/{recording}.csv");
-                stated += &format!(
-                    "[[recording]]\nfile = \"{file}\"\nimpact_speed_m_per_s = {{ value = 0.0, sd = 0.01 }}\n\
-                     effective_mass_kg = {{ value = 0.2, sd = 0.002 }}\n"
-                );
-                let release_s = 0.2 + 0.0307 * f64::from(recording);
-                let mut text = format!("time_s,{column}\n");
-                for sample in 0..450 {
-                    let time_s = f64::from(sample) / 500.0;
-                    let fallen_s = (time_s - release_s).max(0.0);
-                    // v = v_t·tanh(g·t/v_t), and its integral.
-                    let (acceleration, way_m) = if terminal_m_per_s.is_finite() {
-                        let along = GRAVITY * fallen_s / terminal_m_per_s;
-                        (GRAVITY / along.cosh().powi(2), terminal_m_per_s.powi(2) / GRAVITY * along.cosh().ln())
-                    } else {
-                        (GRAVITY, 0.5 * GRAVITY * fallen_s.powi(2))
-                    };
-                    let acceleration = if time_s < release_s { 0.0 } else { acceleration };
-                    let value = match observed {
-                        "moves" => acceleration,
-                        // Upwards, of what it is held by.
-                        "feels" => GRAVITY - acceleration,
-                        "way" => way_m,
-                        _ => 5.0 - way_m,
-                    };
-                    text += &format!("{time_s:.4},{:.6}\n", value + noise_rms * noise());
-                }
-                std::fs::write(path.join(file), text).unwrap();
-            }
-            std::fs::write(path.join("campaign.toml"), stated).unwrap();
-            let expected: &[&str] = if air == "air" { &["air-drag"] } else { &[] };
-            assert_eq!(names(&folder, &[&name]), expected, "{name}");
-        }
+    let mut chance = ChaCha8Rng::seed_from_u64(1);
+    for shows in [Shows::Motion, Shows::Weight, Shows::Way, Shows::Height] {
+        falls(&folder, "vacuum", shows, f64::INFINITY, &mut chance);
+        assert_eq!(names(&folder, &["vacuum"]), [""; 0], "{shows:?}");
+        falls(&folder, "air", shows, 8.0, &mut chance);
+        assert_eq!(names(&folder, &["air"]), ["air-drag"], "{shows:?}");
     }
 }
 

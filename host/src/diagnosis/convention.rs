@@ -83,7 +83,7 @@ fn displacement(loaded: &Loaded) -> Quantity {
 /// 1 or −1: whereto the pulses of the observed channel point.
 fn direction(loaded: &Loaded) -> f64 {
     let column = loaded.campaign.chain.observed.column();
-    let signs: f64 = loaded
+    let signs = loaded
         .recordings
         .iter()
         .filter_map(|recording| recording.channel(column))
@@ -91,9 +91,8 @@ fn direction(loaded: &Loaded) -> f64 {
             let rest = median(values[..a_twentieth(values)].to_vec())?;
             values.iter().map(|value| value - rest).max_by(|a, b| a.abs().total_cmp(&b.abs()))
         })
-        .map(f64::signum)
-        .sum();
-    if signs < 0.0 { -1.0 } else { 1.0 }
+        .map(f64::signum);
+    of_most(signs)
 }
 
 /// 1 or −1: whether an acceleration counts downwards. Where the release is recorded it steps by gravity, whether the body is at rest before and
@@ -102,7 +101,7 @@ fn direction(loaded: &Loaded) -> f64 {
 /// this sign make an acceleration of.
 fn fall_direction(loaded: &Loaded) -> f64 {
     let gravity = loaded.campaign.rig.gravity_along_impact_m_per_s2;
-    let signs: f64 = loaded
+    let signs = loaded
         .recordings
         .iter()
         .filter_map(|recording| recording.channel(Observed::Acceleration.column()))
@@ -115,9 +114,8 @@ fn fall_direction(loaded: &Loaded) -> f64 {
             let released = middles.windows(3).map(|three| three[2] - three[0]).find(|step| step.abs() > gravity / 2.0);
             let in_flight = if first.abs() > gravity / 2.0 { *first } else { first - last };
             Some(released.unwrap_or(in_flight).signum())
-        })
-        .sum();
-    if signs < 0.0 { -1.0 } else { 1.0 }
+        });
+    of_most(signs)
 }
 
 /// 1 or −1: whether a displacement of what falls counts downwards: gravity bends its course, whatever it began with.
@@ -129,7 +127,12 @@ fn bent_downwards(loaded: &Loaded) -> f64 {
         let half = times_s.partition_point(|time| *time < half_s);
         Some((slope(&times_s[half..], &values[half..])? - slope(&times_s[..half], &values[..half])?).signum())
     });
-    if bends.sum::<f64>() < 0.0 { -1.0 } else { 1.0 }
+    of_most(bends)
+}
+
+/// The sign of most; 1 where there are as many of either.
+fn of_most(signs: impl Iterator<Item = f64>) -> f64 {
+    if signs.sum::<f64>() < 0.0 { -1.0 } else { 1.0 }
 }
 
 /// How many values are a twentieth of all; one at least, where there is one.

@@ -360,11 +360,11 @@ impl Selecting<'_> {
 
     /// Without what is not needed beside another that has taken a place.
     fn stripped(&mut self, from: Standing) -> Option<Standing> {
-        let needed = self.needed(from.clone())?;
-        if needed.mechanisms() == from.mechanisms() {
-            return Some(from);
+        let before = from.mechanisms();
+        let needed = self.needed(from)?;
+        if needed.mechanisms() < before {
+            self.find_all_rivals(&needed);
         }
-        self.find_all_rivals(&needed);
         Some(needed)
     }
 
