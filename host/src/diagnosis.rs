@@ -121,7 +121,7 @@ pub struct Options {
 }
 
 impl Options {
-    /// The mechanisms that may be tried for a campaign's kind of rig and what was observed: no newtons stand for the place of what falls.
+    /// The mechanisms that may be tried for a campaign's kind of rig and what was observed.
     ///
     /// # Errors
     /// An id that does not exist.
@@ -134,7 +134,7 @@ impl Options {
         let wanted = |mechanism: &&'static Mechanism| {
             let id = mechanism.id;
             let listed = self.only.is_empty() || self.only.iter().any(|only| only == id);
-            let is_shown = !(is_place && mechanism.is_seen_only() && mechanism.is_in_newtons());
+            let is_shown = !is_place || mechanism.is_seen_in_place();
             listed && !self.without.iter().any(|without| without == id) && mechanism.concerns(kind) && is_shown
         };
         Ok(LIST.iter().copied().filter(wanted).collect())

@@ -616,6 +616,9 @@ fn mechanism_coordinate(problem: &Problem, mechanism: &'static Mechanism, entran
             ((low, high), (shape && !parameter.is_of_each_impact()).then_some(prior), 0.3 * width)
         }
     };
+    // A picture is scaled by a length in it: a gain beyond what is likely is a name for what holds a falling body back.
+    let is_scale_of_places = mechanism.id == "gain-error" && problem.is_of_places();
+    let range = if is_scale_of_places { parameter.plausible } else { range };
     let is_guess = stated.is_none();
     let prior = stated.map(|mass| (mass.value.ln(), (mass.sd / mass.value).max(LEAST_SD))).or(prior);
     let step = match parameter.scale {

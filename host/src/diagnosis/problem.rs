@@ -237,6 +237,12 @@ impl Problem {
         self.rig.kind != RigKind::Fall
     }
 
+    /// Whether places are recorded of what falls, as a video gives them.
+    #[must_use]
+    pub fn is_of_places(&self) -> bool {
+        !self.has_springs() && self.channels.iter().all(|channel| channel.quantity != Quantity::Acceleration)
+    }
+
     /// Prepares a campaign.
     ///
     /// # Errors
