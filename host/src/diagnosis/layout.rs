@@ -589,9 +589,12 @@ fn highest_n(problem: &Problem) -> f64 {
 
 fn mechanism_coordinate(problem: &Problem, mechanism: &'static Mechanism, entrant: usize, place: usize) -> Coordinate {
     let parameter = &mechanism.parameters[place];
-    let (low, high) = parameter.range;
     let (likely_low, likely_high) = parameter.plausible;
     let shape = parameter.null.is_none();
+    // A picture is scaled by a length in it and taken at once: a gain or a lag beyond what is likely is a name for what holds a falling body
+    // back.
+    let is_of_picture = matches!(mechanism.id, "gain-error" | "filter-lag") && !shape && problem.is_of_places();
+    let (low, high) = if is_of_picture { parameter.plausible } else { parameter.range };
     let is_piece = mechanism.id == "moving-piece-inertia" && place == 0;
     let stated = is_piece.then_some(problem.rig.moving_mass_kg).flatten();
     let (range, prior, stride) = match parameter.scale {
@@ -616,9 +619,6 @@ fn mechanism_coordinate(problem: &Problem, mechanism: &'static Mechanism, entran
             ((low, high), (shape && !parameter.is_of_each_impact()).then_some(prior), 0.3 * width)
         }
     };
-    // A picture is scaled by a length in it: a gain beyond what is likely is a name for what holds a falling body back.
-    let is_scale_of_places = mechanism.id == "gain-error" && problem.is_of_places();
-    let range = if is_scale_of_places { parameter.plausible } else { range };
     let is_guess = stated.is_none();
     let prior = stated.map(|mass| (mass.value.ln(), (mass.sd / mass.value).max(LEAST_SD))).or(prior);
     let step = match parameter.scale {
