@@ -297,7 +297,7 @@ fn own_starts(problem: &Problem, layout: &Layout, start: Point) -> Vec<Point> {
             continue;
         }
         let instant = parameter.search == Search::EachInstant;
-        let whole = if instant { problem.recordings[0].contact_time_s } else { TAU };
+        let whole = if instant { problem.eventful_s(0) } else { TAU };
         let values = (0..OWN_STARTS).map(|part| whole * (part as f64 + 0.5) / OWN_STARTS as f64);
         starts = values
             .flat_map(|value| {

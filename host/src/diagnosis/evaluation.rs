@@ -257,7 +257,7 @@ fn starts(problem: &Problem, layout: &Layout) -> Vec<Point> {
     (0..count)
         .map(|number| {
             let mut start = as_given.clone();
-            for (recording, locals) in problem.recordings.iter().zip(&mut start.locals) {
+            for (place, (recording, locals)) in problem.recordings.iter().zip(&mut start.locals).enumerate() {
                 for (local, search) in &own {
                     let value = &mut locals[*local];
                     *value = match search {
@@ -265,7 +265,7 @@ fn starts(problem: &Problem, layout: &Layout) -> Vec<Point> {
                         Search::EachInstant if number > INSTANTS => {
                             recording.times_s[recording.times_s.len() - 1] - recording.contact_guess_s
                         }
-                        Search::EachInstant => recording.contact_time_s * (number as f64 - 0.5) / INSTANTS as f64,
+                        Search::EachInstant => problem.eventful_s(place) * (number as f64 - 0.5) / INSTANTS as f64,
                         _ => *value + std::f64::consts::TAU * number as f64 / count as f64,
                     };
                 }

@@ -237,6 +237,16 @@ impl Problem {
         self.rig.kind != RigKind::Fall
     }
 
+    /// Over how long after the first touch an instant is sought that a recording has for itself, s: over the contact, or all of a fall.
+    #[must_use]
+    pub fn eventful_s(&self, recording: usize) -> f64 {
+        let recording = &self.recordings[recording];
+        match recording.times_s.last() {
+            Some(end_s) if !self.has_springs() => end_s - recording.contact_guess_s,
+            _ => recording.contact_time_s,
+        }
+    }
+
     /// Whether places are recorded of what falls, as a video gives them.
     #[must_use]
     pub fn is_of_places(&self) -> bool {

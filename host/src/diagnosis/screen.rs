@@ -336,11 +336,11 @@ fn either_sign(effect: &Effect) -> bool {
 }
 
 /// For each recording the instant, s after contact, at which a signature of any strength takes most off its sum of squares: spread over the
-/// contact, at what is repeated, and ever nearer to the best of these. Where even half of it would be too much it comes when all is over.
+/// contact or the fall, at what is repeated, and ever nearer to the best of these. Where even half of it would be too much it comes when all is over.
 fn instants(shown: Shown<'_>, effect: &Effect) -> Vec<f64> {
     let Shown { problem, fit, tangent, gradients, repeats, .. } = shown;
     let count = problem.recordings.len();
-    let longest_s = problem.recordings.iter().map(|recording| recording.contact_time_s).fold(0.0, f64::max);
+    let longest_s = (0..count).map(|number| problem.eventful_s(number)).fold(0.0, f64::max);
     let over_s = |number: usize| {
         let times_s = &problem.recordings[number].raw.times_s;
         times_s[times_s.len() - 1] - fit.layout.contact_s(&fit.point, number)
