@@ -753,3 +753,32 @@ fn a_wrong_scale_of_a_fall_is_a_gain() {
     }
     assert_eq!(names(&folder, &["video"])[0], "gain-error");
 }
+
+/// A drag that leaves a body little over its own speed is no scale of the picture, no slow camera and no leaking charge.
+#[test]
+fn a_strong_drag_in_a_picture_is_told_from_what_no_camera_does() {
+    let folder = TempDir::new().unwrap();
+    let mut chance = ChaCha8Rng::seed_from_u64(2);
+    falls(&folder, "feather", Shows::Height, 3.0, &mut chance);
+    assert_eq!(names(&folder, &["feather"]), ["air-drag"]);
+}
+
+/// Frames are lost anywhere in a fall, in each at another place, and those that follow stand too early: that is named first.
+#[test]
+fn frames_that_a_fall_has_lost_are_named() {
+    const LOST: usize = 2;
+    let folder = TempDir::new().unwrap();
+    let mut chance = ChaCha8Rng::seed_from_u64(3);
+    falls(&folder, "video", Shows::Height, f64::INFINITY, &mut chance);
+    for (recording, frame) in [(1, 230), (2, 260), (3, 330)] {
+        let path = folder.path().join(format!("video/recordings/{recording}.csv"));
+        let text = std::fs::read_to_string(&path).unwrap();
+        let mut lines = text.lines();
+        let header = lines.next().unwrap();
+        let (times, heights): (Vec<&str>, Vec<&str>) = lines.map(|line| line.split_once(',').unwrap()).unzip();
+        let kept = heights[..frame].iter().chain(&heights[frame + LOST..]);
+        let closed: Vec<String> = times.iter().zip(kept).map(|(time, height)| format!("{time},{height}")).collect();
+        std::fs::write(&path, format!("{header}\n{}\n", closed.join("\n"))).unwrap();
+    }
+    assert_eq!(names(&folder, &["video"])[0], "lost-samples");
+}
