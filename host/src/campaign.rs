@@ -135,3 +135,11 @@ pub struct Campaign {
     /// The recordings, in the order in which they were made.
     pub recordings: Vec<Entry>,
 }
+
+impl Campaign {
+    /// Whether what was observed are places of what falls, as a video gives them.
+    #[must_use]
+    pub fn is_of_places(&self) -> bool {
+        self.rig.kind == RigKind::Fall && self.chain.observed != Observed::Acceleration
+    }
+}

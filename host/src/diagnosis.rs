@@ -43,7 +43,7 @@ pub mod words;
 
 use thud_sim::mechanism::{LIST, Mechanism, MechanismError};
 
-use crate::campaign::{Campaign, Loaded, Observed, RigKind};
+use crate::campaign::{Campaign, Loaded, RigKind};
 use fit::{Effort, Fit};
 use held_out::HeldOut;
 use layout::Layout;
@@ -130,11 +130,10 @@ impl Options {
             Mechanism::find(id).map_err(DiagnosisError::Mechanism)?;
         }
         let kind = campaign.rig.kind;
-        let is_place = kind == RigKind::Fall && campaign.chain.observed != Observed::Acceleration;
         let wanted = |mechanism: &&'static Mechanism| {
             let id = mechanism.id;
             let listed = self.only.is_empty() || self.only.iter().any(|only| only == id);
-            let is_shown = !is_place || mechanism.is_seen_in_place();
+            let is_shown = !campaign.is_of_places() || mechanism.is_seen_in_place();
             listed && !self.without.iter().any(|without| without == id) && mechanism.concerns(kind) && is_shown
         };
         Ok(LIST.iter().copied().filter(wanted).collect())

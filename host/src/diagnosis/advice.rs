@@ -238,6 +238,7 @@ fn separation(
         channels: problem.channels.clone(),
         configurations: problem.configurations.clone(),
         mass_sd: problem.mass_sd.clone(),
+        is_of_places: problem.is_of_places,
         recordings: vec![Prepared {
             name: String::new(),
             file: String::new(),

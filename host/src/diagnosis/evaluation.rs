@@ -257,14 +257,12 @@ fn starts(problem: &Problem, layout: &Layout) -> Vec<Point> {
     (0..count)
         .map(|number| {
             let mut start = as_given.clone();
-            for (place, (recording, locals)) in problem.recordings.iter().zip(&mut start.locals).enumerate() {
+            for (place, locals) in start.locals.iter_mut().enumerate() {
                 for (local, search) in &own {
                     let value = &mut locals[*local];
                     *value = match search {
                         Search::EachInstant if number == 0 => *value,
-                        Search::EachInstant if number > INSTANTS => {
-                            recording.times_s[recording.times_s.len() - 1] - recording.contact_guess_s
-                        }
+                        Search::EachInstant if number > INSTANTS => problem.recordings[place].lasts_s(),
                         Search::EachInstant => problem.eventful_s(place) * (number as f64 - 0.5) / INSTANTS as f64,
                         _ => *value + std::f64::consts::TAU * number as f64 / count as f64,
                     };

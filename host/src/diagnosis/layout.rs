@@ -593,7 +593,7 @@ fn mechanism_coordinate(problem: &Problem, mechanism: &'static Mechanism, entran
     let shape = parameter.null.is_none();
     // A picture is scaled by a length in it and taken at once: a gain or a lag beyond what is likely is a name for what holds a falling body
     // back.
-    let is_of_picture = matches!(mechanism.id, "gain-error" | "filter-lag") && !shape && problem.is_of_places();
+    let is_of_picture = matches!(mechanism.id, "gain-error" | "filter-lag") && !shape && problem.is_of_places;
     let (low, high) = if is_of_picture { parameter.plausible } else { parameter.range };
     let is_piece = mechanism.id == "moving-piece-inertia" && place == 0;
     let stated = is_piece.then_some(problem.rig.moving_mass_kg).flatten();

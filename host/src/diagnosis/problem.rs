@@ -59,6 +59,8 @@ pub struct Problem {
     pub configurations: Vec<String>,
     /// Relative uncertainty of each configuration's mass.
     pub mass_sd: Vec<f64>,
+    /// [`Campaign::is_of_places`].
+    pub is_of_places: bool,
 }
 
 /// What a channel shows.
@@ -125,6 +127,12 @@ pub struct Samples {
 }
 
 impl Prepared {
+    /// How long it goes on after the first touch or the release, s.
+    #[must_use]
+    pub fn lasts_s(&self) -> f64 {
+        self.times_s.last().map_or(0.0, |end| end - self.contact_guess_s)
+    }
+
     /// What its speed is counted in, m/s: the stated one, or its uncertainty where it is dropped from rest.
     #[must_use]
     pub fn speed_scale(&self) -> f64 {
@@ -241,16 +249,7 @@ impl Problem {
     #[must_use]
     pub fn eventful_s(&self, recording: usize) -> f64 {
         let recording = &self.recordings[recording];
-        match recording.times_s.last() {
-            Some(end_s) if !self.has_springs() => end_s - recording.contact_guess_s,
-            _ => recording.contact_time_s,
-        }
-    }
-
-    /// Whether places are recorded of what falls, as a video gives them.
-    #[must_use]
-    pub fn is_of_places(&self) -> bool {
-        !self.has_springs() && self.channels.iter().all(|channel| channel.quantity != Quantity::Acceleration)
+        if self.has_springs() { recording.contact_time_s } else { recording.lasts_s() }
     }
 
     /// Prepares a campaign.
@@ -388,7 +387,14 @@ impl Problem {
             })
             .collect();
         let mass_sd = mass_sd.into_iter().map(|(sum, count)| sum / count.max(1) as f64).collect();
-        Ok(Self { rig: campaign.rig.clone(), channels, recordings: prepared, configurations, mass_sd })
+        Ok(Self {
+            rig: campaign.rig.clone(),
+            channels,
+            recordings: prepared,
+            configurations,
+            mass_sd,
+            is_of_places: campaign.is_of_places(),
+        })
     }
 }
 

@@ -336,7 +336,8 @@ fn either_sign(effect: &Effect) -> bool {
 }
 
 /// For each recording the instant, s after contact, at which a signature of any strength takes most off its sum of squares: spread over the
-/// contact or the fall, at what is repeated, and ever nearer to the best of these. Where even half of it would be too much it comes when all is over.
+/// contact or the fall, at what is repeated, and ever nearer to the best of these. Where even half of it would be too much it comes when all
+/// is over.
 fn instants(shown: Shown<'_>, effect: &Effect) -> Vec<f64> {
     let Shown { problem, fit, tangent, gradients, repeats, .. } = shown;
     let count = problem.recordings.len();

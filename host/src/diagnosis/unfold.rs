@@ -90,9 +90,7 @@ fn grown(problem: &Problem, base: &Fit, mechanisms: &[&'static Mechanism], scope
     let moves = |mechanism: &Mechanism| scope == Scope::Everywhere || mechanism.site == Site::Drive;
     let of_robot = mechanisms.iter().filter(|mechanism| mechanism.group == Group::Robot && moves(mechanism));
     let mut fits: Vec<Fit> = of_robot.filter_map(best_of).collect();
-    let lasts = |recording: &Prepared| {
-        recording.times_s.last().map_or(0.0, |end| (end - recording.contact_guess_s) / recording.contact_time_s)
-    };
+    let lasts = |recording: &Prepared| recording.lasts_s() / recording.contact_time_s;
     let whole = problem.recordings.iter().map(lasts).fold(1.0, f64::max);
     let mut contacts = LONGER;
     while contacts < whole {
