@@ -102,7 +102,7 @@ pub(super) fn pictured(diagnosis: &Diagnosis, answer: &Answer, shown: &[Vec<f64>
             let after = &shown[number][..ms.len()];
             let course = Course::of(problem, best, number);
             let lasts =
-                1e3 * (course.separation_s - course.contact_s).clamp(1e-3, 2.0 * recording.contact_time_s + 1e-3);
+                1e3 * (course.separation_s - course.contact_s).clamp(1e-3, 2.0 * problem.eventful_s(number) + 1e-3);
             let shaded: Vec<(f64, f64)> = answer
                 .places
                 .iter()
