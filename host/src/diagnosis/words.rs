@@ -84,6 +84,7 @@ pub fn unit(diagnosis: &Diagnosis) -> &'static str {
 pub fn verdict(diagnosis: &Diagnosis, answer: &Answer) -> String {
     let count = diagnosis.problem.recordings.len();
     let recordings = if count == 1 { "this one recording".to_owned() } else { format!("these {count} recordings") };
+    let (show, are) = if count == 1 { ("shows", "is") } else { ("show", "are") };
     let names: Vec<String> = answer
         .mechanisms
         .iter()
@@ -98,13 +99,15 @@ pub fn verdict(diagnosis: &Diagnosis, answer: &Answer) -> String {
         .collect();
     match answer.verdict {
         "consistent" => {
-            format!("The simulation holds: {recordings} show nothing beyond noise and what is stated as uncertain.")
+            format!("The simulation holds: {recordings} {show} nothing beyond noise and what is stated as uncertain.")
         }
         "unexplained" if names.is_empty() && is_of_another_rig(&diagnosis.selection) => format!(
-            "The simulation does not hold: {recordings} are not of the rig that is stated, and no mechanism of the list explains the difference."
+            "The simulation does not hold: {recordings} {are} not of the rig that is stated, and no mechanism of the list explains the difference."
         ),
         "unexplained" if names.is_empty() => {
-            format!("The simulation does not hold: {recordings} show something that no mechanism of the list explains.")
+            format!(
+                "The simulation does not hold: {recordings} {show} something that no mechanism of the list explains."
+            )
         }
         "unexplained" => {
             let selection = &diagnosis.selection;
@@ -117,7 +120,7 @@ pub fn verdict(diagnosis: &Diagnosis, answer: &Answer) -> String {
             } else {
                 "and something more that no mechanism of the list explains"
             };
-            format!("The simulation does not hold: {recordings} show {names}, {more}.")
+            format!("The simulation does not hold: {recordings} {show} {names}, {more}.")
         }
         _ => format!("The simulation leaves something out: {}.", listed(&names, "and")),
     }
