@@ -456,14 +456,19 @@ fn stiction_lets_go_with_a_jump() {
 #[test]
 fn a_reaction_comes_after_its_threshold_and_its_delay() {
     let rig = Rig::impact(25e3);
-    let reaction = "collision-reaction:force_N=80,threshold_N=60,delay_s=0.01";
+    let reaction = "collision-reaction:force_N=80,threshold_N=60,delay_s=0.01,rise_s=0.002";
     let (k, mass, speed) = (25e3_f64, 6.0, 0.3);
     let ideal = strike(&rig, speed, mass, &[], 0.2);
     let impact = strike(&rig, speed, mass, &[reaction], 0.2);
     let pulsation = (k / mass).sqrt();
     let acts = (60.0 / (speed * (k * mass).sqrt())).asin() / pulsation + 0.01;
     assert_near("just before", impact.force_n(acts - 1e-5), ideal.force_n(acts - 1e-5), 1e-4);
-    let jump = impact.value(Quantity::Acceleration, acts + 1e-6) - impact.value(Quantity::Acceleration, acts - 1e-6);
+    let acceleration = |impact: &Impact, after: f64| impact.value(Quantity::Acceleration, acts + after);
+    let grown = acceleration(&impact, 0.002) - acceleration(&ideal, 0.002);
+    assert_near("grown for one time constant", grown, -80.0 / mass * (1.0 - (-1.0_f64).exp()), 0.1);
+    let at_once = reaction.replace("=0.002", "=0.000001");
+    let impact = strike(&rig, speed, mass, &[&at_once], 0.2);
+    let jump = acceleration(&impact, 2e-5) - acceleration(&impact, -1e-6);
     assert_near("jump of the acceleration", jump, -80.0 / mass, 0.02);
     let gentle = strike(&rig, 0.1, mass, &[reaction], 0.2);
     assert_eq!(gentle.truth().peak_n, strike(&rig, 0.1, mass, &[], 0.2).truth().peak_n);
@@ -490,7 +495,7 @@ fn a_reaction_that_stops_brakes_the_rebound_too() {
     let (k, mass, speed) = (25e3_f64, 6.0, 0.3);
     let struck = |force_n: f64| {
         let reaction = format!(
-            "collision-reaction:force_N={force_n},threshold_N=0.1,delay_s=0.001,response=1,braking_m_per_s=0.001"
+            "collision-reaction:force_N={force_n},threshold_N=0.1,delay_s=0.001,response=1,braking_m_per_s=0.001,rise_s=0.00001"
         );
         strike(&Rig::impact(k), speed, mass, &[&reaction], 0.2)
     };

@@ -4,11 +4,13 @@
 //! contact force has passed F_th: it is pulled back until it retreats at v_r, which its drives do not exceed. The rebound alone may be as
 //! fast: then they do nothing. Stopping, F = −F_r·tanh(v/v_b): it is braked to a standstill and held there, on its rebound, too. A speed
 //! controller does the same about v = −v_r: a rebound that is faster is braked. Within v_b of where it wants to be it is a dashpot of
-//! F_r/v_b, beyond it gives what it can; brakes of dry friction have a small v_b.
+//! F_r/v_b, beyond it gives what it can; brakes of dry friction have a small v_b. Current and brakes take their time: from that instant on the
+//! force grows as 1 − e^(−t/t_r).
 //!
 //! Source: threshold and delay of a collision monitor, reaction 5 to 30 ms after detection and never within its cycle (1 ms; what answers at
 //! once is friction); a retreat is a motion with a limit of speed, 0.25 m/s (reduced speed, ISO 10218-1) to some m/s; its corner rounded
-//! by tanh. A protective stop is of category 0 (brakes) or 1 (controlled), IEC 60204-1.
+//! by tanh. A protective stop is of category 0 (brakes) or 1 (controlled), IEC 60204-1. A drive's current follows within about 1 ms, a controller's
+//! trajectory or a brake's armature within some more, up to tens.
 
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Drive, Motion, Trigger};
@@ -20,7 +22,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     lasting: false,
     by_configuration: &[],
     by_recording: &[],
-    equation: "F = −F_r·½·(1 + tanh(20·(1 + v/v_r))) for t ≥ t(P = F_th) + delay, on the robot; stopping F = −F_r·tanh(v/v_b), at a controlled speed F = −F_r·tanh((v + v_r)/v_b)",
+    equation: "F = −F_r·½·(1 + tanh(20·(1 + v/v_r)))·(1 − exp(−s/t_r)), s = t − t(P = F_th) − delay ≥ 0, on the robot; stopping −F_r·tanh(v/v_b) in its place, at a controlled speed −F_r·tanh((v + v_r)/v_b)",
     source: "collision monitor; reaction after 5 to 30 ms; a retreat with a limit of speed, or a stop of category 0 or 1",
     parameters: &[
         Parameter {
@@ -83,6 +85,17 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Logarithmic,
             search: Search::Typical,
         },
+        Parameter {
+            name: "rise_s",
+            unit: "s",
+            meaning: "time constant t_r with which the force sets in",
+            null: None,
+            range: (1e-6, 0.1),
+            plausible: (1e-4, 0.02),
+            typical: 1e-3,
+            scale: Scale::Logarithmic,
+            search: Search::Typical,
+        },
     ],
     signature: "nothing before a late instant, then a faster fall, or with a stop a slower one; only in impacts that pass the threshold",
     confused_with: &["pad-relaxation", "piezo-discharge", "joint-elasticity", "robot-push"],
@@ -102,6 +115,7 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
             1 => Response::Control { speed_m_per_s: 0.0, within_m_per_s: effect.value(5) },
             _ => Response::Control { speed_m_per_s: -effect.value(3), within_m_per_s: effect.value(5) },
         },
+        rise_s: effect.value(6),
     }));
 }
 
@@ -110,6 +124,7 @@ struct Reaction {
     force_n: f64,
     trigger: Trigger,
     response: Response,
+    rise_s: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -120,9 +135,7 @@ enum Response {
 
 impl Drive for Reaction {
     fn force_n(&self, motion: Motion) -> f64 {
-        if motion.since_trigger_s.is_none() {
-            return 0.0;
-        }
+        let Some(since_s) = motion.since_trigger_s else { return 0.0 };
         let share = match self.response {
             Response::PullBack { retreat_m_per_s } => {
                 let over = 1.0 + motion.velocity_m_per_s / retreat_m_per_s;
@@ -132,7 +145,7 @@ impl Drive for Reaction {
                 ((motion.velocity_m_per_s - speed_m_per_s) / within_m_per_s).tanh()
             }
         };
-        -self.force_n * share
+        self.force_n * share * (-since_s / self.rise_s).exp_m1()
     }
 
     fn trigger(&self) -> Option<Trigger> {

@@ -51,6 +51,8 @@ pub const ALL: &[Comparable] = &[
         Some(std::f64::consts::TAU * of("frequency")? * of("amplitude")?)
     }),
     same("link-oscillation", "frequency_Hz", "frequency", |of| of("frequency")),
+    same("collision-reaction", "force_N", "force, reached with the same law", |of| of("force")),
+    same("collision-reaction", "threshold_N", "threshold", |of| of("threshold")),
     same("pose-dependent-mass", "relative", "mass_ratio − 1", |of| Some(of("mass_ratio")? - 1.0)),
     same("speed-error", "relative", "relative_error", |of| of("relative_error")),
     same("piezo-discharge", "time_constant_s", "time_constant", |of| of("time_constant")),
@@ -72,7 +74,10 @@ pub const NOT: &[(&str, &str)] = &[
         "a position servo that saturates there, a rise of first order here: the plateau need not be reached",
     ),
     ("force-ceiling", "the force on the pad is held there, the force in the arm here; the tip's inertia lies between"),
-    ("collision-reaction", "a force that grows there, a step here: delay and force trade places with the rise time"),
+    (
+        "collision-reaction: delay and rise",
+        "the same law, but what comes later and at once looks like what comes sooner and grows",
+    ),
     ("clipping", "the level counts from the converter's zero there, from the zero of the force here, up to 1 N apart"),
     ("lost-samples", "gaps of different sizes in some recordings there, one size here"),
     ("air-drag", "each ball has a drag of its own there"),
