@@ -165,7 +165,7 @@ impl Rig {
         }
     }
 
-    /// Simulates one impact from first contact (or release) until `until_s` after it.
+    /// Simulates one impact from first contact (or release) until `until_s` after it, and as much longer as its log has lost.
     ///
     /// # Errors
     /// A quantity that is no physical value, or a motion that the solver cannot follow; the message says which.
@@ -177,7 +177,9 @@ impl Rig {
         accuracy: Accuracy,
     ) -> Result<Impact, RigError> {
         require("the end of the simulation", until_s, "s", 1e-6, 1e4)?;
-        integrate::integrate(Assembly::new(self, approach, effects)?, until_s, accuracy)
+        let assembly = Assembly::new(self, approach, effects)?;
+        let ahead_s: f64 = assembly.log.iter().map(|stage| stage.ahead_s()).sum();
+        integrate::integrate(assembly, until_s + ahead_s, accuracy)
     }
 
     pub(crate) fn check(&self) -> Result<(), RigError> {

@@ -593,3 +593,16 @@ fn drift_rails_hum_and_gain_act_on_every_sample_as_written() {
     let ahead = strike(&Rig::impact(k), speed, mass, &["speed-error:relative=0.05,exponent=1"], 0.2);
     assert_near("ahead", ahead.truth().peak_n, (1.0 + 0.05 * 0.25 / speed) * peak, 1e-5);
 }
+
+/// A log that counts samples shows at its end what came later, though no sample of that time was asked for.
+#[test]
+fn a_recording_that_has_lost_samples_ends_later_than_it_says() {
+    let times: Vec<f64> = (-100..200).map(|index| f64::from(index) * 1e-4).collect();
+    let lost =
+        strike(&Rig::impact(25e3), 0.25, 6.0, &["lost-samples:lost_s=0.01,at_s=0.0105"], 0.02).measured_n(&times);
+    let ideal = strike(&Rig::impact(25e3), 0.25, 6.0, &[], 0.2);
+    for (time, force) in times.iter().zip(lost) {
+        let happened = if *time < 0.0105 { *time } else { time + 0.01 };
+        assert_near("shown", force, ideal.force_n(happened), if (time - 0.0105).abs() < 1e-6 { 20.0 } else { 0.02 });
+    }
+}

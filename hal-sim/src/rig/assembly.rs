@@ -471,4 +471,9 @@ pub trait Stage: Debug + Send + Sync {
     fn reads_zero(&self) -> bool {
         false
     }
+
+    /// How much later than a sample's time what it shows may have happened, s.
+    fn ahead_s(&self) -> f64 {
+        0.0
+    }
 }

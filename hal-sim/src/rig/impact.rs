@@ -1,5 +1,6 @@
 //! What one impact did: the force at the cell and the motion at any instant, and the truth about it.
 
+use std::borrow::Cow;
 use std::mem;
 use std::sync::Arc;
 
@@ -235,10 +236,25 @@ impl Impact {
     /// A chain has a memory: the first instant should be before contact, and the chain is at rest there.
     #[must_use]
     pub fn measured_n(&self, times_s: &[f64]) -> Vec<f64> {
-        let mut signal = self.sample(Quantity::CellForce, times_s);
-        self.apply_chain(times_s, 0.0, &mut signal);
-        self.apply_log(times_s, &mut signal);
+        let shown_s = self.shown_s(times_s);
+        let mut signal = self.sample(Quantity::CellForce, &shown_s);
+        self.apply_chain(&shown_s, 0.0, &mut signal);
+        self.apply_log(&shown_s, &mut signal);
+        signal.truncate(times_s.len());
         signal
+    }
+
+    /// These instants (s), and those after them, spaced as the last two, that a log which has lost samples shows in their place.
+    #[must_use]
+    pub fn shown_s<'a>(&self, times_s: &'a [f64]) -> Cow<'a, [f64]> {
+        let ahead_s: f64 = self.log.iter().map(|stage| stage.ahead_s()).sum();
+        let &[.., before_s, last_s] = times_s else { return times_s.into() };
+        if ahead_s <= 0.0 {
+            return times_s.into();
+        }
+        let step_s = last_s - before_s;
+        let more = (1..=(ahead_s / step_s).ceil() as usize).map(|number| last_s + number as f64 * step_s);
+        times_s.iter().copied().chain(more).collect()
     }
 
     /// Sends a signal (N), sampled at rising instants (s), through the measuring chain's mechanisms. What reads the chain's zero (N) as well

@@ -1,5 +1,7 @@
 //! What the simulation says a recording should show, for given coordinates.
 
+use std::borrow::Cow;
+
 use thud_sim::mechanism::Effect;
 use thud_sim::rig::{Accuracy, Approach, Impact, Quantity, Rig, RigError};
 
@@ -97,19 +99,22 @@ pub fn read(
     let prepared = &problem.recordings[recording];
     let contact_s = layout.contact_s(point, recording) + shift_s;
     let since_s: Vec<f64> = prepared.times_s.iter().map(|time| time - contact_s).collect();
-    let mut values = Vec::with_capacity(prepared.rows());
+    let shown_s = impact.shown_s(&since_s);
+    let bends = if shown_s.len() > since_s.len() { Cow::Owned(bends(&shown_s)) } else { (&prepared.bends).into() };
+    let mut values = Vec::with_capacity(prepared.rows() + shown_s.len() - since_s.len());
     for (number, channel) in problem.channels.iter().enumerate() {
         let from = values.len();
-        values.resize(from + since_s.len(), 0.0);
+        values.resize(from + shown_s.len(), 0.0);
         let series = &mut values[from..];
-        impact.sample_into(channel.quantity, &since_s, series);
-        bent(series, channel.quantity, impact, &since_s, prepared);
+        impact.sample_into(channel.quantity, &shown_s, series);
+        bent(series, channel.quantity, impact, &shown_s, &bends, prepared);
         let zero = layout.local(point, recording, Role::Offset(number)).unwrap_or(0.0);
-        averaged(series, &prepared.bends, converter_s2(layout, point, prepared));
-        felt(channel, impact, &since_s, zero, series);
-        averaged(series, &prepared.bends, prepared.mean_of_s2());
-        logged(channel, impact, &since_s, series);
+        averaged(series, &bends, converter_s2(layout, point, prepared));
+        felt(channel, impact, &shown_s, zero, series);
+        averaged(series, &bends, prepared.mean_of_s2());
+        logged(channel, impact, &shown_s, series);
         series.iter_mut().for_each(|value| *value += zero);
+        values.truncate(from + since_s.len());
     }
     values
 }
@@ -122,19 +127,27 @@ pub fn raw(problem: &Problem, layout: &Layout, point: &Point, recording: usize) 
     let since_s: Vec<f64> = prepared.raw.times_s.iter().map(|time| time - contact_s).collect();
     let impact = strike_until(problem, layout, point, recording, since_s[since_s.len() - 1]).ok()?;
     let channel = &problem.channels[0];
-    let mut values = vec![0.0; since_s.len()];
-    impact.sample_into(channel.quantity, &since_s, &mut values);
+    let shown_s = impact.shown_s(&since_s);
+    let mut values = impact.sample(channel.quantity, &shown_s);
     let zero = layout.local(point, recording, Role::Offset(0)).unwrap_or(0.0);
-    averaged(&mut values, &bends(&since_s), converter_s2(layout, point, prepared));
-    felt(channel, &impact, &since_s, zero, &mut values);
-    logged(channel, &impact, &since_s, &mut values);
+    averaged(&mut values, &bends(&shown_s), converter_s2(layout, point, prepared));
+    felt(channel, &impact, &shown_s, zero, &mut values);
+    logged(channel, &impact, &shown_s, &mut values);
+    values.truncate(since_s.len());
     values.iter_mut().for_each(|value| *value += zero);
     Some(values)
 }
 
 /// Where robot and rig touch or part, or what falls is let go, a curve is bent in one place: of the blocks there the second difference says
 /// too little or too much of the mean. What is missing is added.
-fn bent(series: &mut [f64], quantity: Quantity, impact: &Impact, since_s: &[f64], prepared: &Prepared) {
+fn bent(
+    series: &mut [f64],
+    quantity: Quantity,
+    impact: &Impact,
+    since_s: &[f64],
+    bends: &[[f64; 2]],
+    prepared: &Prepared,
+) {
     let n = prepared.averaged;
     if n == 1 {
         return;
@@ -159,7 +172,7 @@ fn bent(series: &mut [f64], quantity: Quantity, impact: &Impact, since_s: &[f64]
     for _ in 0..2 {
         let lacks = |(block, mean): &(usize, f64)| {
             let around = [series[block - 1], series[*block], series[block + 1]];
-            (*block, mean - meant(around, prepared.bends[block - 1], prepared.mean_of_s2()))
+            (*block, mean - meant(around, bends[block - 1], prepared.mean_of_s2()))
         };
         let missing: Vec<(usize, f64)> = means.iter().map(lacks).collect();
         missing.into_iter().for_each(|(block, missing)| series[block] += missing);
