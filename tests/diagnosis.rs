@@ -763,10 +763,16 @@ fn a_strong_drag_in_a_picture_is_told_from_what_no_camera_does() {
     assert_eq!(names(&folder, &["feather"]), ["air-drag"]);
 }
 
-/// Frames are lost anywhere in a fall, in each at another place, and those that follow stand too early: that is named first.
+/// Frames are lost anywhere in a fall, in each at another place, and those that follow stand too early, the last ones, too. Many at once are a jump,
+/// which is no noise.
 #[test]
-fn frames_that_a_fall_has_lost_are_named() {
-    const LOST: usize = 2;
+fn frames_that_a_fall_has_lost_are_named_and_counted() {
+    for lost in [2, 8] {
+        frames_are_counted(lost);
+    }
+}
+
+fn frames_are_counted(lost: usize) {
     let folder = TempDir::new().unwrap();
     let mut chance = ChaCha8Rng::seed_from_u64(3);
     falls(&folder, "video", Shows::Height, f64::INFINITY, &mut chance);
@@ -776,9 +782,17 @@ fn frames_that_a_fall_has_lost_are_named() {
         let mut lines = text.lines();
         let header = lines.next().unwrap();
         let (times, heights): (Vec<&str>, Vec<&str>) = lines.map(|line| line.split_once(',').unwrap()).unzip();
-        let kept = heights[..frame].iter().chain(&heights[frame + LOST..]);
+        let kept = heights[..frame].iter().chain(&heights[frame + lost..]);
         let closed: Vec<String> = times.iter().zip(kept).map(|(time, height)| format!("{time},{height}")).collect();
         std::fs::write(&path, format!("{header}\n{}\n", closed.join("\n"))).unwrap();
     }
-    assert_eq!(names(&folder, &["video"])[0], "lost-samples");
+    let text = succeeds(&folder, &["diagnose", "video", "--json", "-"]);
+    let answer: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(answer["verdict"], "named", "{lost} lost: {answer}");
+    let [only] = &answer["mechanisms"].as_array().unwrap()[..] else { panic!("{lost} lost: {answer}") };
+    assert_eq!(only["id"], "lost-samples", "{lost} lost: {answer}");
+    let lost_s = &only["parameters"].as_array().unwrap().iter().find(|one| one["name"] == "lost_s").unwrap();
+    assert!((number(lost_s, "value") * 500.0 / lost as f64 - 1.0).abs() < 0.15, "{lost} lost: {answer}");
+    let ratio = number(&answer["model"], "noise_ratio");
+    assert!((0.8..1.2).contains(&ratio), "{lost} lost: {answer}");
 }

@@ -20,6 +20,7 @@ pub mod evidence;
 pub mod fit;
 pub mod found_model;
 pub mod held_out;
+pub mod instants;
 pub mod layout;
 pub mod locate;
 pub mod noise;

@@ -650,6 +650,13 @@ fn prior_cost(problem: &Problem, layout: &Layout, point: &Point, part: Part<'_>)
     global + local
 }
 
+/// What a model that shows these values leaves of one recording, with what strains the beliefs about that recording.
+#[must_use]
+pub fn cost_of_one(problem: &Problem, layout: &Layout, point: &Point, recording: usize, values: &[f64]) -> f64 {
+    let left = problem.recordings[recording].left_by(values);
+    left.into_iter().map(robust).sum::<f64>() + own_prior_cost(problem, layout, point, recording)
+}
+
 /// What strains the beliefs about one recording's own coordinates.
 fn own_prior_cost(problem: &Problem, layout: &Layout, point: &Point, recording: usize) -> f64 {
     let prior = |place| layout.local_prior(problem, recording, place);
