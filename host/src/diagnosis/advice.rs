@@ -15,7 +15,8 @@ use super::predict::bends;
 use super::problem::{Prepared, Problem, Samples};
 use super::select::{Selection, Trial};
 use super::verdict::{IMPOSSIBLE, Verdict, twins};
-use super::{DiagnosisError, Options};
+use super::words::listed;
+use super::{DiagnosisError, Options, RigKind};
 use crate::campaign::Loaded;
 
 /// Speeds that are tried, over the largest that was recorded.
@@ -155,15 +156,35 @@ pub fn advice(problem: &Problem, selection: &Selection) -> Vec<String> {
         }
     }
     if sentences.is_empty() && Verdict::of(selection) == Verdict::Unexplained {
-        let heaviest = problem.recordings.iter().max_by(|a, b| energy(a).total_cmp(&energy(b)));
-        if let Some(recording) = heaviest {
-            sentences.push(format!(
-                "Repeat {:.2} m/s with {:.1} kg three times, and once each at half that speed with the pad taken out and with another pose: what stays with the rig, with the pad or with the robot says where to look.",
-                recording.speed.value, recording.mass.value
-            ));
-        }
+        sentences.extend(where_to_look(problem));
     }
     sentences
+}
+
+/// What to take away or to change, one at a time, where nothing has a name for what is left.
+fn where_to_look(problem: &Problem) -> Option<String> {
+    if problem.rig.kind == RigKind::Fall {
+        return Some(
+            "Let it fall three times more from the greatest height, and once each from half of it, with ballast in it and seen by another instrument: what ballast changes is the air's, what another instrument does not show is the first one's.".to_owned(),
+        );
+    }
+    let heaviest = problem.recordings.iter().max_by(|a, b| energy(a).total_cmp(&energy(b)))?;
+    let (exchanged, whose) = match problem.rig.kind {
+        RigKind::Drop => ("with other ballast", "with the carriage"),
+        _ => ("with another pose", "with the robot"),
+    };
+    let (mut changes, mut places) = (vec!["at half that speed", exchanged], vec!["with the rig", whose]);
+    if problem.rig.pad_stiffness_n_per_m.is_some() {
+        changes.insert(1, "with the pad taken out");
+        places.insert(1, "with the pad");
+    }
+    Some(format!(
+        "Repeat {:.2} m/s with {:.1} kg three times, and once each {}: what stays {} says where to look.",
+        heaviest.speed.value,
+        heaviest.mass.value,
+        listed(&changes, "and"),
+        listed(&places, "or")
+    ))
 }
 
 /// Speeds that the force contradicts beyond all that masses, springs and the mechanisms that were found can explain.

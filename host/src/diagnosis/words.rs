@@ -1,5 +1,10 @@
 //! The answer in sentences: the verdict, why a mechanism was taken, why another was not.
 
+use std::borrow::Borrow;
+
+use thud_sim::mechanism::{Mechanism, Site};
+use thud_sim::rig::Quantity;
+
 use super::answer::{Answer, Rejected};
 use super::evidence::{Contest, Evidence, Limit, Standing, evidence, scope_words};
 use super::layout::Role;
@@ -61,11 +66,11 @@ pub fn p_words(p_value: f64) -> String {
 
 /// What a series of words reads like: "a", "a and b", "a, b and c".
 #[must_use]
-pub fn listed(words: &[String], last: &str) -> String {
+pub fn listed<S: Borrow<str>>(words: &[S], last: &str) -> String {
     match words {
         [] => String::new(),
-        [one] => one.clone(),
-        [most @ .., end] => format!("{} {last} {end}", most.join(", ")),
+        [one] => one.borrow().to_owned(),
+        [most @ .., end] => format!("{} {last} {}", most.join(", "), end.borrow()),
     }
 }
 
@@ -206,6 +211,9 @@ pub fn because(diagnosis: &Diagnosis, place: usize) -> String {
             short(high)
         ));
     }
+    if let Some(stands) = newtons_stand_for(diagnosis, entrant.effect.mechanism()) {
+        parts.push(stands);
+    }
     if let Some(absorbed) = all.iter().find(|e| e.mechanism.id == id).and_then(|e| e.absorbed) {
         parts.push(format!("re-tuning had hidden {} of it", percent(absorbed)));
     }
@@ -225,6 +233,21 @@ pub fn because(diagnosis: &Diagnosis, place: usize) -> String {
         }
     }
     parts.join("; ")
+}
+
+/// What a newton of the measuring chain is where no force was observed.
+fn newtons_stand_for(diagnosis: &Diagnosis, mechanism: &Mechanism) -> Option<String> {
+    let channel = &diagnosis.problem.channels[0];
+    let is_in_newtons = mechanism.parameters.iter().any(|parameter| parameter.unit.starts_with('N'));
+    if mechanism.site != Site::Chain || channel.quantity == Quantity::CellForce || !is_in_newtons {
+        return None;
+    }
+    let one_is = 1.0 / channel.newtons?;
+    Some(format!(
+        "its newtons are the force of the stated rig at what was observed: 1 N is {} {}",
+        short(one_is),
+        unit(diagnosis)
+    ))
 }
 
 /// How far a strength is from its absence, in its own standard deviations.
