@@ -1,11 +1,13 @@
 //! The page's tables: places, parameters, beliefs, recordings left out, and every mechanism with the evidence on it.
 
 use maud::{Markup, html};
-use thud_sim::mechanism::Parameter;
+use thud_sim::mechanism::{Parameter, Search};
 
 use crate::campaign::Estimate;
 use crate::diagnosis::answer::{Answer, Named, Value};
 use crate::diagnosis::evidence::{Evidence, Standing};
+use crate::diagnosis::fit::Fit;
+use crate::diagnosis::layout::Entrant;
 use crate::diagnosis::retuned::retuned;
 use crate::diagnosis::words::{self, listed, p_words, percent, short};
 use crate::diagnosis::{Diagnosis, RigKind};
@@ -64,7 +66,11 @@ pub(super) fn named(diagnosis: &Diagnosis, place: usize, named: &Named) -> Marku
                         td { @if let Some(parameter) = parameter { (parameter.meaning) } }
                         @let (here, low, high) = words::with_interval(value.value, value.low, value.high);
                         td.number { (here) }
-                        td.number { @if value.low == value.high { "held" } @else { (low) " to " (high) } }
+                        td.number {
+                            @if parameter.is_some_and(Parameter::is_of_each_impact) { "each its own" }
+                            @else if value.low == value.high { "held" }
+                            @else { (low) " to " (high) }
+                        }
                         td { (value.unit) }
                         td.number {
                             @if let Some(Parameter { plausible: (low, high), .. }) = parameter { (short(*low)) " to " (short(*high)) }
@@ -74,6 +80,9 @@ pub(super) fn named(diagnosis: &Diagnosis, place: usize, named: &Named) -> Marku
             }
         }
         dl {
+            @for (name, values) in of_each_impact(diagnosis, place) {
+                dt { (name) } dd { (values) "." }
+            }
             dt { "evidence" } dd { (named.because) "." }
             dt { "it shows as" } dd { (mechanism.signature) "." }
             @if !twins.is_empty() {
@@ -83,6 +92,30 @@ pub(super) fn named(diagnosis: &Diagnosis, place: usize, named: &Named) -> Marku
             dt { "source" } dd { (mechanism.source) "." }
         }
     }
+}
+
+/// What a mechanism has for each impact alone: its name, and the value in each recording in which it acts.
+fn of_each_impact(diagnosis: &Diagnosis, place: usize) -> Vec<(&'static str, String)> {
+    let problem = &diagnosis.problem;
+    let Fit { layout, point, .. } = &diagnosis.selection.best.fit;
+    let Entrant { effect, scope, .. } = &layout.entrants[place];
+    let parameters = effect.mechanism().parameters.iter().enumerate();
+    let of = |number: usize, parameter: &Parameter| {
+        let recordings = problem.recordings.iter().enumerate();
+        let values = recordings.filter(|(index, recording)| scope.includes(*index, recording.configuration)).map(
+            |(index, recording)| {
+                let value = layout.effect_at(problem, place, point, index).value(number);
+                let never = parameter.search == Search::EachInstant && value > recording.lasts_s();
+                let value = if never { "never".to_owned() } else { format!("{} {}", short(value), parameter.unit) };
+                format!("{value} in {}", recording.name)
+            },
+        );
+        (parameter.name, values.collect::<Vec<_>>().join(", "))
+    };
+    parameters
+        .filter(|(_, parameter)| parameter.is_of_each_impact())
+        .map(|(number, parameter)| of(number, parameter))
+        .collect()
 }
 
 /// How the fit improves.

@@ -135,3 +135,19 @@ fn the_spectrum_of_a_right_model_is_that_of_the_noise() {
         assert!((mean - 1.0).abs() < 0.2, "{from_hz} to {to_hz} Hz: {mean}");
     }
 }
+
+/// Where samples were lost is a number of each recording.
+#[test]
+fn the_page_says_what_each_impact_has_for_itself() {
+    let (diagnosis, answer) = diagnosed(Some("lost-samples:lost_s=0.004,at_s=0.0123"), &["lost-samples"]);
+    let page = page(&diagnosis, &answer, "rig");
+    assert!(page.contains("each its own"));
+    let (_, values) = page.split_once("<dt>at_s</dt><dd>").expect("the instants");
+    let values: Vec<&str> = values.split_once(".</dd>").unwrap().0.split(", ").collect();
+    assert_eq!(values.len(), diagnosis.problem.recordings.len(), "{values:?}");
+    for (value, recording) in values.iter().zip(&diagnosis.problem.recordings) {
+        let (instant_s, name) = value.split_once(" s in ").expect("an instant");
+        assert_eq!(name, recording.name);
+        assert!((instant_s.parse::<f64>().unwrap() - 0.0123).abs() < 1e-3, "{value}");
+    }
+}
