@@ -793,6 +793,7 @@ fn frames_are_counted(lost: usize) {
     assert_eq!(only["id"], "lost-samples", "{lost} lost: {answer}");
     let lost_s = &only["parameters"].as_array().unwrap().iter().find(|one| one["name"] == "lost_s").unwrap();
     assert!((number(lost_s, "value") * 500.0 / lost as f64 - 1.0).abs() < 0.15, "{lost} lost: {answer}");
+    // A jump of a few standard deviations passes for noise in part.
     let ratio = number(&answer["model"], "noise_ratio");
-    assert!((0.8..1.2).contains(&ratio), "{lost} lost: {answer}");
+    assert!((0.7..1.1).contains(&ratio), "{lost} lost: {answer}");
 }
