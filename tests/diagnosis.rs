@@ -82,6 +82,12 @@ fn number(value: &Value, key: &str) -> f64 {
     value[key].as_f64().unwrap_or_else(|| panic!("{key} in {value}"))
 }
 
+/// A parameter of a named mechanism.
+fn value_of(named: &Value, parameter: &str) -> f64 {
+    let parameters = named["parameters"].as_array().unwrap();
+    number(parameters.iter().find(|one| one["name"] == parameter).expect("a parameter"), "value")
+}
+
 fn parameters_are(list: &Value) {
     for parameter in list.as_array().unwrap() {
         has_keys(parameter, &["name", "unit", "value", "low", "high"]);
@@ -462,10 +468,7 @@ fn a_robot_that_stays_is_followed_from_its_first_contact() {
     succeeds(&folder, &["diagnose", "held", "--only", "robot-push", "--json", "a.json"]);
     let answer: Value = serde_json::from_str(&read(&folder, "a.json")).unwrap();
     assert_eq!((&answer["verdict"], &answer["mechanisms"][0]["id"]), (&"named".into(), &"robot-push".into()));
-    let estimated = |name: &str| {
-        let parameters = answer["mechanisms"][0]["parameters"].as_array().unwrap();
-        number(parameters.iter().find(|one| one["name"] == name).expect("a parameter of it"), "value")
-    };
+    let estimated = |name: &str| value_of(&answer["mechanisms"][0], name);
     assert!(
         (estimated("force_N") - 100.0).abs() < 15.0 && (estimated("servo_stiffness_N_per_m") - 3000.0).abs() < 900.0
     );
@@ -502,8 +505,7 @@ fn samples_that_read_nought_are_lost_ones() {
     let text = succeeds(&folder, &[&["diagnose", "cleared", "--json", "-"], &few[..]].concat());
     let answer: Value = serde_json::from_str(&text).unwrap();
     assert_eq!((&answer["verdict"], &answer["mechanisms"][0]["id"]), (&"named".into(), &"lost-samples".into()));
-    let parameters = answer["mechanisms"][0]["parameters"].as_array().unwrap();
-    let value = |name: &str| number(parameters.iter().find(|one| one["name"] == name).expect("a parameter"), "value");
+    let value = |name: &str| value_of(&answer["mechanisms"][0], name);
     assert!((value("lost_s") / 0.003 - 1.0).abs() < 0.05, "{answer}");
     assert_eq!(value("filled"), 2.0, "{answer}");
 }
@@ -763,8 +765,8 @@ fn a_strong_drag_in_a_picture_is_told_from_what_no_camera_does() {
     assert_eq!(names(&folder, &["feather"]), ["air-drag"]);
 }
 
-/// Frames are lost anywhere in a fall, in each at another place, and those that follow stand too early, the last ones, too. Many at once are a jump,
-/// which is no noise.
+/// Frames are lost anywhere in a fall, in each at another place, and those that follow stand too early, the last ones, too. Many at once are
+/// a jump, which is no noise.
 #[test]
 fn frames_that_a_fall_has_lost_are_named_and_counted() {
     for lost in [2, 8] {
@@ -791,8 +793,7 @@ fn frames_are_counted(lost: usize) {
     assert_eq!(answer["verdict"], "named", "{lost} lost: {answer}");
     let [only] = &answer["mechanisms"].as_array().unwrap()[..] else { panic!("{lost} lost: {answer}") };
     assert_eq!(only["id"], "lost-samples", "{lost} lost: {answer}");
-    let lost_s = &only["parameters"].as_array().unwrap().iter().find(|one| one["name"] == "lost_s").unwrap();
-    assert!((number(lost_s, "value") * 500.0 / lost as f64 - 1.0).abs() < 0.15, "{lost} lost: {answer}");
+    assert!((value_of(only, "lost_s") * 500.0 / lost as f64 - 1.0).abs() < 0.15, "{lost} lost: {answer}");
     // A jump of a few standard deviations passes for noise in part.
     let ratio = number(&answer["model"], "noise_ratio");
     assert!((0.7..1.1).contains(&ratio), "{lost} lost: {answer}");

@@ -178,7 +178,7 @@ impl Rig {
     ) -> Result<Impact, RigError> {
         require("the end of the simulation", until_s, "s", 1e-6, 1e4)?;
         let assembly = Assembly::new(self, approach, effects)?;
-        let ahead_s: f64 = assembly.log.iter().map(|stage| stage.ahead_s()).sum();
+        let ahead_s = assembly::ahead_s(&assembly.log);
         integrate::integrate(assembly, until_s + ahead_s, accuracy)
     }
 

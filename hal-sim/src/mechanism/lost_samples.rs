@@ -2,8 +2,8 @@
 //! with nought.
 //!
 //! y(t) = F(t) before t_j, F(t + T) from there on, t counted from the first contact; the logger's time is the number
-//! of the sample over the rate, so that T is the lost samples over the rate, and the last sample shows what happened T later. Where the gap is `filled`, y(t) = F(t_j) or 0 for
-//! t_j ≤ t < t_j + T and F(t) again after that. Where it happens is each impact's own. A sample stands for the time around it, half of the way to its
+//! of the sample over the rate, so that T is the lost samples over the rate, and the last sample shows what happened T later. Where the gap is
+//! `filled`, y(t) = F(t_j) or 0 for t_j ≤ t < t_j + T and F(t) again after that. Where it happens is each impact's own. A sample stands for the time around it, half of the way to its
 //! neighbours: where an edge falls into that it is a mixture, and y a continuous function of t_j and T. (Lost samples whose places stayed
 //! empty are uneven sampling, which is seen without a model.)
 //!

@@ -477,3 +477,8 @@ pub trait Stage: Debug + Send + Sync {
         0.0
     }
 }
+
+/// How much later than a sample's time what a log shows there may have happened, s: each of its stages adds its own.
+pub(super) fn ahead_s(log: &[Box<dyn Stage>]) -> f64 {
+    log.iter().map(|stage| stage.ahead_s()).sum()
+}

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::mem;
 use std::sync::Arc;
 
-use super::assembly::Stage;
+use super::assembly::{Stage, ahead_s};
 use super::integrate::Effort;
 use super::motion::{Instant, MOST_STATES, System};
 use super::trajectory::Trajectory;
@@ -247,7 +247,7 @@ impl Impact {
     /// These instants (s), and those after them, spaced as the last two, that a log which has lost samples shows in their place.
     #[must_use]
     pub fn shown_s<'a>(&self, times_s: &'a [f64]) -> Cow<'a, [f64]> {
-        let ahead_s: f64 = self.log.iter().map(|stage| stage.ahead_s()).sum();
+        let ahead_s = ahead_s(&self.log);
         let &[.., before_s, last_s] = times_s else { return times_s.into() };
         if ahead_s <= 0.0 {
             return times_s.into();
