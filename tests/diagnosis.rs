@@ -50,6 +50,17 @@ fn change(file: &Path, made: impl Fn(f64) -> f64) {
     std::fs::write(file, text).unwrap();
 }
 
+/// So many samples of a CSV lost, from one on: those that follow stand too early, and the last ones are gone.
+fn lose(file: &Path, from: usize, count: usize) {
+    let text = std::fs::read_to_string(file).unwrap();
+    let mut lines = text.lines();
+    let header = lines.next().unwrap();
+    let (times, values): (Vec<&str>, Vec<&str>) = lines.map(|line| line.split_once(',').unwrap()).unzip();
+    let kept = values[..from].iter().chain(&values[from + count..]);
+    let closed: Vec<String> = times.iter().zip(kept).map(|(time, value)| format!("{time},{value}")).collect();
+    std::fs::write(file, format!("{header}\n{}\n", closed.join("\n"))).unwrap();
+}
+
 /// Some keys of a campaign stated otherwise.
 fn restate(folder: &TempDir, name: &str, stated: &[(&str, &str)]) {
     let file = folder.path().join(name).join("campaign.toml");
@@ -510,6 +521,41 @@ fn samples_that_read_nought_are_lost_ones() {
     assert_eq!(value("filled"), 2.0, "{answer}");
 }
 
+/// In half of the recordings, and in each another number of them.
+#[test]
+fn each_recording_loses_as_many_samples_as_it_does() {
+    let folder = TempDir::new().unwrap();
+    campaign(&folder, "dropped", &[&RIG[..], &["--seed", "3"]].concat());
+    let recordings = folder.path().join("dropped/recordings");
+    let mut files: Vec<_> = std::fs::read_dir(&recordings).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    let name = |file: &Path| file.file_stem().unwrap().to_str().unwrap().to_owned();
+    let highest = |file: &Path| {
+        let text = std::fs::read_to_string(file).unwrap();
+        let forces = text.lines().skip(1).map(|line| line.rsplit_once(',').unwrap().1.parse::<f64>().unwrap());
+        forces.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap().0
+    };
+    // On the way up, at the peak and on the way down.
+    let lost = [(0, -12, 4), (2, -6, 9), (3, 8, 6)].map(|(file, from, count)| {
+        let file = &files[file];
+        lose(file, highest(file).strict_add_signed(from), count);
+        (name(file), count)
+    });
+    let few = ["--only", "clearance", "--only", "pad-relaxation", "--only", "hardening", "--only", "lost-samples"];
+    let text = succeeds(&folder, &[&["diagnose", "dropped", "--json", "-"], &few[..]].concat());
+    let answer: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(answer["verdict"], "named", "{answer}");
+    let [only] = &answer["mechanisms"].as_array().unwrap()[..] else { panic!("{answer}") };
+    assert_eq!(only["id"], "lost-samples", "{answer}");
+    parameters_are(&only["parameters"]);
+    for (name, count) in lost {
+        let lost_s = value_of(only, &format!("lost_s[{name}]"));
+        assert!((lost_s * 2000.0 - f64::from(u8::try_from(count).unwrap())).abs() < 0.3, "{name}: {answer}");
+    }
+    assert_eq!(value_of(only, "filled"), 0.0, "{answer}");
+    assert!(number(&answer["model"], "noise_ratio") < 1.05, "{answer}");
+}
+
 /// Where samples were lost is each recording's own: the model's instant is not theirs.
 #[test]
 fn a_model_with_an_instant_of_each_impact_finds_it_in_each_recording() {
@@ -779,14 +825,7 @@ fn frames_are_counted(lost: usize) {
     let mut chance = ChaCha8Rng::seed_from_u64(3);
     falls(&folder, "video", Shows::Height, f64::INFINITY, &mut chance);
     for (recording, frame) in [(1, 230), (2, 260), (3, 330)] {
-        let path = folder.path().join(format!("video/recordings/{recording}.csv"));
-        let text = std::fs::read_to_string(&path).unwrap();
-        let mut lines = text.lines();
-        let header = lines.next().unwrap();
-        let (times, heights): (Vec<&str>, Vec<&str>) = lines.map(|line| line.split_once(',').unwrap()).unzip();
-        let kept = heights[..frame].iter().chain(&heights[frame + lost..]);
-        let closed: Vec<String> = times.iter().zip(kept).map(|(time, height)| format!("{time},{height}")).collect();
-        std::fs::write(&path, format!("{header}\n{}\n", closed.join("\n"))).unwrap();
+        lose(&folder.path().join(format!("video/recordings/{recording}.csv")), frame, lost);
     }
     let text = succeeds(&folder, &["diagnose", "video", "--json", "-"]);
     let answer: Value = serde_json::from_str(&text).unwrap();

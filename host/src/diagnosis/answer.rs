@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 use serde::Serialize;
-use thud_sim::mechanism::{Effect, Scale, Search};
+use thud_sim::mechanism::{Effect, Parameter, Scale, Search};
 
 use super::held_out::{pooled, rmse};
 use super::layout::{Role, Scope, coordinate_of, value_of};
@@ -227,7 +227,13 @@ pub fn parameters(diagnosis: &Diagnosis, place: usize) -> Vec<Value> {
         within(diagnosis, place, effect, configuration, diagnosis.selection.told_deviations.as_ref(), EQUATIONS)
     };
     if let Scope::EachRecording(some) = fit.layout.entrants[place].scope {
-        return some.iter().flat_map(|recording| of_recording(diagnosis, place, recording)).collect();
+        let own = some.iter().flat_map(|recording| of_recording(diagnosis, place, recording));
+        let entrant = &fit.layout.entrants[place];
+        let all = told(&fit.layout.effect(problem, place, &fit.point), 0).into_iter();
+        let shared = all.zip(entrant.effect.mechanism().parameters).enumerate().filter(|(number, (_, parameter))| {
+            !entrant.is_by_recording(*number) && !parameter.is_of_each_impact()
+        });
+        return own.chain(shared.map(|(_, (value, _))| value)).collect();
     }
     if fit.layout.entrants[place].scope != Scope::EachConfiguration {
         return told(&fit.layout.effect(problem, place, &fit.point), 0);
@@ -261,14 +267,10 @@ fn of_recording(diagnosis: &Diagnosis, place: usize, recording: usize) -> Vec<Va
         let role = Role::Mechanism { entrant: place, place: number };
         let local = layout.locals.iter().position(|coordinate| coordinate.role == role);
         let deviation = local.and_then(|local| tangent.local_deviation(recording, local)).unwrap_or(0.0);
-        let (value, half) = (effect.value(number), DEVIATIONS_95 * deviation.hypot(EQUATIONS * effect.value(number)));
-        Value {
-            name: format!("{}[{}]", parameter.name, problem.recordings[recording].name),
-            unit: parameter.unit.to_owned(),
-            value,
-            low: value - half,
-            high: value + half,
-        }
+        let value = effect.value(number);
+        let (low, high) = interval(parameter, value, deviation, EQUATIONS);
+        let name = format!("{}[{}]", parameter.name, problem.recordings[recording].name);
+        Value { name, unit: parameter.unit.to_owned(), value, low, high }
     })
     .collect()
 }
@@ -299,20 +301,24 @@ fn within(
             let value = effect.value(number);
             let role = fit.layout.role_in(place, number, configuration);
             let global = fit.layout.globals.iter().position(|coordinate| coordinate.role == role);
-            let interval = global.zip(deviations).map(|(global, deviations)| {
-                let here = coordinate_of(parameter, value);
+            let told = global.zip(deviations).map(|(global, deviations)| {
                 // A line is counted, period by period, whatever the equation.
                 let counted = parameter.search == Search::OfLines;
-                let equations = match parameter.scale {
-                    _ if counted => 0.0,
-                    Scale::Logarithmic => equations,
-                    Scale::Linear => equations * value.abs(),
-                };
-                let half = DEVIATIONS_95 * deviations[global].hypot(equations);
-                (value_of(parameter, here - half), value_of(parameter, here + half))
+                interval(parameter, value, deviations[global], if counted { 0.0 } else { equations })
             });
-            let (low, high) = interval.unwrap_or((value, value));
+            let (low, high) = told.unwrap_or((value, value));
             Value { name: parameter.name.to_owned(), unit: parameter.unit.to_owned(), value, low, high }
         })
         .collect()
+}
+
+/// The 95 % interval of a value, given the deviation of its coordinate and the relative one from what the equations lack.
+fn interval(parameter: &Parameter, value: f64, deviation: f64, equations: f64) -> (f64, f64) {
+    let here = coordinate_of(parameter, value);
+    let equations = match parameter.scale {
+        Scale::Logarithmic => equations,
+        Scale::Linear => equations * value.abs(),
+    };
+    let half = DEVIATIONS_95 * deviation.hypot(equations);
+    (value_of(parameter, here - half), value_of(parameter, here + half))
 }

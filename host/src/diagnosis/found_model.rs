@@ -97,14 +97,17 @@ pub fn to_toml(diagnosis: &Diagnosis, name: &str) -> String {
                 super::words::listed(&twins, "or")
             );
         }
-        let mut parameters = mechanism.parameters.iter().enumerate();
-        if let Some((_, own)) =
-            parameters.find(|(number, parameter)| parameter.is_of_each_impact() || entrant.is_by_recording(*number))
-        {
+        let parameters = mechanism.parameters.iter().enumerate();
+        let own = parameters
+            .filter(|(number, parameter)| parameter.is_of_each_impact() || entrant.is_by_recording(*number))
+            .map(|(_, parameter)| parameter.name.to_owned());
+        let own: Vec<String> = own.collect();
+        if !own.is_empty() {
             let _ = writeln!(
                 text,
-                "# {}: every impact has its own {}; the one here is that of the first recording that it acts in.",
-                mechanism.id, own.name
+                "# {}: every impact has its own {}; what is here is that of the first recording that it acts in.",
+                mechanism.id,
+                super::words::listed(&own, "and")
             );
         }
         if let Scope::Recordings(_) | Scope::EachRecording(_) = entrant.scope {

@@ -1,16 +1,24 @@
-//! Instants that each recording has for itself, sought anew at the strength that a fit has found.
+//! Where each recording has lost samples, and how much: sought anew at the strength that a fit has found.
+//!
+//! ```text
+//! a fit with one length for all ─▶ each instant where it fits best (placed)
+//!                               ─▶ instant, length and contact of each recording, of the recordings that ask for any (each_its_own)
+//! ```
 //!
 //! A signature is placed where it fits best at the strength that it is tried with. From there strength and instants move together, and χ² over an
-//! instant is flat between the samples and steep across them: a fit that begins with a third of what was lost ends beside where it was lost.
+//! instant is flat between the samples and steep across them: a fit that begins with a third of what was lost ends beside where it was lost. What
+//! comes after a gap in the log stands too early; a fit that has not found the gap has moved the contact for it, by as much as was lost at most.
 
 use rayon::prelude::*;
 use thud_sim::mechanism::Search;
 use thud_sim::rig::Impact;
 
 use super::fit::{Effort, Fit, Part, cost_of_one};
-use super::layout::{Point, Role, Scope};
+use super::layout::{Entrant, Layout, Point, Role, Scope, value_of};
 use super::predict;
 use super::problem::Problem;
+use super::select::{ENOUGH, Trial};
+use super::subset::Subset;
 
 /// Instants that are tried over what a recording shows, and how often their distance is halved about the best.
 const SPREAD: usize = 64;
@@ -19,6 +27,143 @@ const HALVINGS: i32 = 6;
 const MISSED: f64 = 1.0;
 /// How often they are sought: with each round the strength is nearer to what it should be.
 const ROUNDS: usize = 4;
+/// Lengths that are tried in each recording, over the one that all have.
+const LENGTHS: [f64; 6] = [0.25, 0.4, 0.63, 1.0, 1.6, 2.5];
+
+/// The coordinates of one mechanism's gaps in a layout.
+#[derive(Clone, Copy, Debug)]
+struct Gaps {
+    entrant: usize,
+    /// Which local coordinate the instant is.
+    instant: usize,
+    /// And which one the contact.
+    contact: usize,
+    /// The coordinate of the length: a local one where each recording has its own.
+    length: Place,
+}
+
+/// Where a coordinate is.
+#[derive(Clone, Copy, Debug)]
+enum Place {
+    Global(usize),
+    Local(usize),
+}
+
+/// A gap in a recording.
+#[derive(Clone, Copy, Debug)]
+struct Gap {
+    /// χ² of the recording with it.
+    cost: f64,
+    /// Its instant, s after contact.
+    instant_s: f64,
+    /// Coordinate of its length.
+    length: f64,
+    /// By how much it moves the contact, s.
+    shift_s: f64,
+}
+
+impl Gaps {
+    /// Of all mechanisms of a layout that have instants.
+    fn of(layout: &Layout) -> Vec<Self> {
+        let local = |role: Role| layout.locals.iter().position(|coordinate| coordinate.role == role);
+        let of_entrant = |(number, entrant): (usize, &Entrant)| {
+            let mut parameters = entrant.effect.mechanism().parameters.iter();
+            let place = parameters.position(|parameter| parameter.search == Search::EachInstant)?;
+            let strength = Role::Mechanism { entrant: number, place: 0 };
+            let global = || layout.globals.iter().position(|coordinate| coordinate.role == strength);
+            Some(Self {
+                entrant: number,
+                instant: local(Role::Mechanism { entrant: number, place })?,
+                contact: local(Role::Contact)?,
+                length: local(strength).map(Place::Local).or_else(|| global().map(Place::Global))?,
+            })
+        };
+        layout.entrants.iter().enumerate().filter_map(of_entrant).collect()
+    }
+
+    fn length(self, point: &Point, recording: usize) -> f64 {
+        match self.length {
+            Place::Global(place) => point.globals[place],
+            Place::Local(place) => point.locals[recording][place],
+        }
+    }
+
+    /// A point with another gap in a recording.
+    fn with(self, point: &Point, recording: usize, gap: Gap) -> Point {
+        let mut point = point.clone();
+        let locals = &mut point.locals[recording];
+        locals[self.instant] = gap.instant_s;
+        locals[self.contact] += gap.shift_s;
+        match self.length {
+            Place::Global(place) => point.globals[place] = gap.length,
+            Place::Local(place) => locals[place] = gap.length,
+        }
+        point
+    }
+
+    /// The gap of these lengths, over the one at a point, that fits a recording best: instants spread over what the recording shows, with the contact
+    /// where it is and as much sooner or later as is lost, and ever nearer to the best of these.
+    fn best(self, sought: &Sought<'_>, recording: usize, lengths: &[f64]) -> Gap {
+        let Sought { problem, layout, point, .. } = *sought;
+        let strength = &layout.entrants[self.entrant].effect.mechanism().parameters[0];
+        let seconds = |length: f64| value_of(strength, length);
+        let at = |gap: Gap| {
+            let cost = Sought { point: &self.with(point, recording, gap), ..*sought }.cost(recording);
+            Gap { cost, ..gap }
+        };
+        let better = |best: Gap, other: Gap| if other.cost < best.cost { other } else { best };
+        let here = self.length(point, recording);
+        let as_it_is = Gap {
+            cost: f64::INFINITY,
+            instant_s: point.locals[recording][self.instant],
+            length: here,
+            shift_s: 0.0,
+        };
+        let apart_s = problem.eventful_s(recording) / SPREAD as f64;
+        let tried = lengths.iter().map(|times| here + times.ln()).flat_map(|length| {
+            let shifts = [0.0, -1.0, 1.0].map(|times| times * seconds(length));
+            shifts.into_iter().flat_map(move |shift_s| {
+                let instants = (0..SPREAD).map(move |place| apart_s * (place as f64 + 0.5));
+                instants.map(move |instant_s| Gap { instant_s, length, shift_s, ..as_it_is })
+            })
+        });
+        let mut best = tried.map(at).fold(at(as_it_is), better);
+        let between = if lengths.len() > 1 { (lengths[1] / lengths[0]).ln() } else { 0.0 };
+        for halving in 1..=HALVINGS {
+            let nearer = 0.5_f64.powi(halving);
+            for way in [-nearer, nearer] {
+                best = better(best, at(Gap { instant_s: best.instant_s + way * apart_s, ..best }));
+                if between > 0.0 {
+                    best = better(best, at(Gap { length: best.length + way * between, ..best }));
+                }
+                best = better(best, at(Gap { shift_s: best.shift_s + way * seconds(best.length), ..best }));
+            }
+        }
+        best
+    }
+}
+
+/// Where a gap is sought.
+#[derive(Clone, Copy)]
+struct Sought<'a> {
+    problem: &'a Problem,
+    layout: &'a Layout,
+    point: &'a Point,
+    /// The motion of the recording.
+    motion: &'a Impact,
+}
+
+impl Sought<'_> {
+    /// χ² of the recording, its motion as it is.
+    fn cost(&self, recording: usize) -> f64 {
+        let Self { problem, layout, point, motion } = *self;
+        let shown = predict::through(problem, layout, point, recording, motion);
+        shown.map_or(f64::INFINITY, |shown| {
+            let values = predict::read(problem, layout, point, recording, &shown, 0.0);
+            cost_of_one(problem, layout, point, recording, &values)
+        })
+    }
+}
 
 /// A fit whose instants are where they fit best, and what follows from that; itself, where none was missed.
 #[must_use]
@@ -34,61 +179,108 @@ pub fn placed(problem: &Problem, mut fit: Fit, part: Part<'_>) -> Fit {
 
 /// A fit with each instant where it fits its recording best, all else as it is. `None`: it has no instants.
 fn sought(problem: &Problem, fit: &Fit, part: Part<'_>) -> Option<Fit> {
-    let layout = &fit.layout;
-    let instants = layout.locals.iter().enumerate().filter_map(|(local, coordinate)| match coordinate.role {
-        Role::Mechanism { entrant, place } => {
-            let entrant = &layout.entrants[entrant];
-            let is_instant = entrant.effect.mechanism().parameters[place].search == Search::EachInstant;
-            is_instant.then_some((local, entrant.scope))
-        }
-        _ => None,
-    });
-    let instants: Vec<_> = instants.collect();
-    if instants.is_empty() {
+    let gaps = Gaps::of(&fit.layout);
+    if gaps.is_empty() {
         return None;
     }
+    let sought_in = |recording: &usize| {
+        let mut point = fit.point.clone();
+        if let Ok(motion) = predict::strike(problem, &fit.layout, &point, *recording) {
+            let configuration = problem.recordings[*recording].configuration;
+            let acts = |gaps: &&Gaps| fit.layout.entrants[gaps.entrant].scope.includes(*recording, configuration);
+            for gaps in gaps.iter().filter(acts) {
+                let sought = Sought { problem, layout: &fit.layout, point: &point, motion: &motion };
+                point = gaps.with(&point, *recording, gaps.best(&sought, *recording, &[1.0]));
+            }
+        }
+        point.locals.swap_remove(*recording)
+    };
+    let locals: Vec<Vec<f64>> = part.par_iter().map(sought_in).collect();
     let mut point = fit.point.clone();
-    let locals: Vec<Vec<f64>> =
-        part.par_iter().map(|recording| sought_in(problem, fit, *recording, &instants)).collect();
     for (recording, locals) in part.iter().zip(locals) {
         point.locals[*recording] = locals;
     }
-    Fit::at(problem, layout.clone(), point, part)
+    Fit::at(problem, fit.layout.clone(), point, part)
 }
 
-/// What one recording has for itself, with each instant where it fits best.
-fn sought_in(problem: &Problem, fit: &Fit, recording: usize, instants: &[(usize, Scope)]) -> Vec<f64> {
-    let mut point = fit.point.clone();
-    if let Ok(impact) = predict::strike(problem, &fit.layout, &point, recording) {
-        let configuration = problem.recordings[recording].configuration;
-        for (local, _) in instants.iter().filter(|(_, scope)| scope.includes(recording, configuration)) {
-            point = best_of(problem, fit, point, recording, &impact, *local);
-        }
-    }
-    point.locals.swap_remove(recording)
+/// A model whose mechanism with gaps has one of its own length in each recording that asks for one by more than it costs; itself, where that is no
+/// better by what a further mechanism has to bring.
+#[must_use]
+pub fn each_its_own(problem: &Problem, trial: Trial, part: Part<'_>) -> Trial {
+    let freed = freed(problem, &trial.fit, part).into_iter().map(|fit| Trial::new(problem, fit));
+    let lightest = freed.min_by(|a, b| a.bic.total_cmp(&b.bic));
+    lightest.filter(|freed| freed.bic < trial.bic - ENOUGH).unwrap_or(trial)
 }
 
-/// A point with one instant where it fits best: spread over what the recording shows, and ever nearer to the best of these.
-fn best_of(problem: &Problem, fit: &Fit, point: Point, recording: usize, impact: &Impact, local: usize) -> Point {
-    let at = |instant_s: f64| {
-        let mut point = point.clone();
-        point.locals[recording][local] = instant_s;
-        let impact = predict::through(problem, &fit.layout, &point, recording, impact);
-        let cost = impact.map_or(f64::INFINITY, |impact| {
-            let values = predict::read(problem, &fit.layout, &point, recording, &impact, 0.0);
-            cost_of_one(problem, &fit.layout, &point, recording, &values)
-        });
-        (cost, instant_s)
+/// With a length for each recording that asks for a gap and, where all do, with one for all from there. None: no mechanism has gaps whose lengths may
+/// differ, or they are in these recordings already.
+fn freed(problem: &Problem, fit: &Fit, part: Part<'_>) -> Vec<Fit> {
+    let Some((freed, gaps, found)) = sought_in_each(problem, fit, part) else { return Vec::new() };
+    let begun = |layout: Layout, gaps: Gaps, found: &[(usize, Gap)]| {
+        let start = layout.start_from(problem, &fit.layout, &fit.point);
+        let start = found.iter().fold(start, |start, (recording, gap)| gaps.with(&start, *recording, *gap));
+        Fit::run(problem, layout, start, part, Effort::FULL)
     };
-    let better = |best: (f64, f64), other: (f64, f64)| if other.0 < best.0 { other } else { best };
-    let apart_s = problem.eventful_s(recording) / SPREAD as f64;
-    let spread = (0..SPREAD).map(|place| at(apart_s * (place as f64 + 0.5)));
-    let mut best = spread.fold(at(point.locals[recording][local]), better);
-    for halving in 1..=HALVINGS {
-        let step_s = apart_s * 0.5_f64.powi(halving);
-        best = [best.1 - step_s, best.1 + step_s].map(at).into_iter().fold(best, better);
+    let mut lengths: Vec<f64> = found.iter().map(|(_, gap)| gap.length).collect();
+    lengths.sort_by(f64::total_cmp);
+    let usual = lengths[lengths.len() / 2];
+    let alike = (found.len() == part.len()).then(|| {
+        let (layout, gaps) = acting(problem, &freed, gaps.entrant, Scope::Everywhere)?;
+        let found: Vec<_> = found.iter().map(|(one, gap)| (*one, Gap { length: usual, ..*gap })).collect();
+        begun(layout, gaps, &found)
+    });
+    begun(freed, gaps, &found).into_iter().chain(alike.flatten()).collect()
+}
+
+/// A layout with one of its mechanisms in another scope, and its gaps.
+fn acting(problem: &Problem, layout: &Layout, place: usize, scope: Scope) -> Option<(Layout, Gaps)> {
+    let mut entrants = layout.entrants.clone();
+    entrants[place].scope = scope;
+    let layout = Layout::new(problem, entrants);
+    let gaps = Gaps::of(&layout).into_iter().find(|gaps| gaps.entrant == place)?;
+    Some((layout, gaps))
+}
+
+/// The recordings that ask for a gap, with the best one of each, and the layout in which each has its own.
+fn sought_in_each(problem: &Problem, fit: &Fit, part: Part<'_>) -> Option<(Layout, Gaps, Vec<(usize, Gap)>)> {
+    let Fit { layout, point, .. } = fit;
+    let place = layout.entrants.iter().position(|entrant| {
+        let mechanism = entrant.effect.mechanism();
+        let places_itself = mechanism.parameters.iter().any(|parameter| parameter.search == Search::EachInstant);
+        places_itself && mechanism.by_recording.contains(&mechanism.parameters[0].name)
+    })?;
+    let every = (0..problem.recordings.len()).collect();
+    let (whole, gaps) = acting(problem, layout, place, Scope::EachRecording(every))?;
+    let Place::Local(length) = gaps.length else { return None };
+    let before = Gaps::of(layout).into_iter().find(|gaps| gaps.entrant == place)?;
+    let scope = layout.entrants[place].scope;
+    let acted_in: Vec<usize> =
+        part.iter().copied().filter(|one| scope.includes(*one, problem.recordings[*one].configuration)).collect();
+    let mut known: Vec<f64> = acted_in.iter().map(|recording| before.length(point, *recording)).collect();
+    known.sort_by(f64::total_cmp);
+    let usual = *known.get(known.len() / 2)?;
+    let start = whole.start_from(problem, layout, point);
+    // What a gap's instant and length cost, and the choice of its recording.
+    let recordings = problem.recordings.len() as f64;
+    let price = 2.0 * (problem.rows() as f64 / recordings).ln() + 2.0 * recordings.ln();
+    let sought = |&recording: &usize| {
+        let instant_s = point.locals[recording][before.instant];
+        let gap = |length| Gap { cost: f64::INFINITY, instant_s, length, shift_s: 0.0 };
+        let none = gaps.with(&start, recording, gap(whole.locals[length].range.0));
+        let known = if acted_in.contains(&recording) { before.length(point, recording) } else { usual };
+        let point = gaps.with(&start, recording, gap(known));
+        let motion = predict::strike(problem, &whole, &none, recording).ok()?;
+        let whole = Sought { problem, layout: &whole, point: &point, motion: &motion };
+        let without = Sought { point: &none, ..whole }.cost(recording);
+        let found = gaps.best(&whole, recording, &LENGTHS);
+        (without - found.cost > price).then_some((recording, found))
+    };
+    let found: Vec<(usize, Gap)> = part.par_iter().filter_map(sought).collect();
+    let some: Subset = found.iter().map(|(recording, _)| *recording).collect();
+    let scope = Scope::EachRecording(some);
+    if some.is_empty() || layout.entrants[place].scope == scope {
+        return None;
     }
-    let mut point = point;
-    point.locals[recording][local] = best.1;
-    point
+    let (freed, gaps) = acting(problem, layout, place, scope)?;
+    Some((freed, gaps, found))
 }

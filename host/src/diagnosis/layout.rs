@@ -41,7 +41,7 @@ pub struct Entrant {
     pub effect: Effect,
     /// The recordings that it acts in.
     pub scope: Scope,
-    /// Where each recording's own value (a phase, an instant) begins; empty: at the effect's.
+    /// Where each recording's own value begins (a phase or an instant, where the mechanism has one); empty: at the effect's.
     pub own: Vec<f64>,
 }
 
@@ -65,6 +65,12 @@ impl Entrant {
         let mechanism = self.effect.mechanism();
         matches!(self.scope, Scope::EachRecording(_))
             && mechanism.by_recording.contains(&mechanism.parameters[place].name)
+    }
+
+    /// Whether [`own`](Self::own) is of this parameter.
+    fn begins_own(&self, place: usize) -> bool {
+        let parameters = self.effect.mechanism().parameters;
+        parameters[place].is_of_each_impact() || !parameters.iter().any(Parameter::is_of_each_impact)
     }
 
     /// Whether it has a value of its own for each impact or recording.
@@ -411,7 +417,7 @@ impl Layout {
                     let local = |coordinate: &Coordinate| match coordinate.role {
                         Role::Contact => recording.contact_guess_s,
                         Role::Offset(channel) => recording.offset_guess[channel],
-                        Role::Mechanism { entrant, .. } => {
+                        Role::Mechanism { entrant, place } if self.entrants[entrant].begins_own(place) => {
                             let own = self.entrants[entrant].own.get(number).copied();
                             own.unwrap_or_else(|| initial(coordinate))
                         }

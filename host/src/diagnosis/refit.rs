@@ -17,6 +17,7 @@ use thud_sim::mechanism::{Mechanism, Scale, Search};
 
 use super::candidate::Reach;
 use super::fit::{Effort, Fit, Part};
+use super::instants::each_its_own;
 use super::layout::{Entrant, Role, Scope};
 use super::omnibus::Omnibus;
 use super::problem::Problem;
@@ -335,7 +336,8 @@ fn finished(problem: &Problem, base: &Fit, mut starts: Vec<Start>, part: Part<'_
         Candidate { fit: trial.fit.clone(), promised: *promised, to_beat }
     };
     let candidates = looked.iter().enumerate().map(candidate).collect();
-    let mut trials = followed(problem, base, candidates, part, best);
+    let trials = followed(problem, base, candidates, part, best);
+    let mut trials: Vec<Trial> = trials.into_iter().map(|trial| each_its_own(problem, trial, part)).collect();
     trials.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     let mut once: HashSet<(&str, Scope)> = HashSet::new();
     trials.retain(|trial| {

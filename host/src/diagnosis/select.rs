@@ -21,7 +21,7 @@ use thud_sim::mechanism::{Effect, Mechanism};
 use super::candidate::Reach;
 use super::coincidence::is_coincidence;
 use super::fit::{Effort, Fit, Part, Tangent};
-use super::instants::placed;
+use super::instants::{each_its_own, placed};
 use super::layout::{Entrant, Layout, Role, Scope};
 use super::locate::{Oddity, oddity};
 use super::omnibus::{Omnibus, omnibus};
@@ -184,6 +184,7 @@ fn is_no_chance(problem: &Problem, baseline: &Trial, trial: &Trial) -> bool {
 impl Standing {
     fn of(problem: &Problem, trial: Trial, part: Part<'_>) -> Option<Self> {
         let trial = Trial::new(problem, placed(problem, trial.fit.touched(problem, part), part));
+        let trial = each_its_own(problem, trial, part);
         let fewer = (0..trial.fit.layout.entrants.len()).map(|place| without(problem, &trial, place, part)).collect();
         let tangent = trial.fit.tangent(problem, part)?;
         let rest = omnibus(problem, &trial.fit, &tangent);
