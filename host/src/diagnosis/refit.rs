@@ -37,15 +37,19 @@ pub struct Breadth {
     refitted: usize,
     /// From how many starts each, in each of its forms.
     starts: usize,
+    /// What scores less is not refitted.
+    least_score: f64,
 }
 
 impl Breadth {
     /// For one more mechanism.
-    pub const MORE: Self = Self { tried: 20, begun: 4, refitted: 14, starts: 2 };
+    pub const MORE: Self = Self { tried: 20, begun: 4, refitted: 14, starts: 2, least_score: 3.5 };
+    /// For the first one where nothing stands out: of what is faint a tangent at the start of a grid promises little.
+    pub const FAINT: Self = Self { tried: usize::MAX, refitted: usize::MAX, least_score: 2.5, ..Self::MORE };
     /// For another in the place of one that stands.
-    pub const INSTEAD: Self = Self { tried: 12, begun: 2, refitted: 9, starts: 1 };
+    pub const INSTEAD: Self = Self { tried: 12, begun: 2, refitted: 9, starts: 1, ..Self::MORE };
     /// For either where so much is left that no tangent says anything.
-    const EVERY: Self = Self { tried: usize::MAX, begun: 2, refitted: usize::MAX, starts: 1 };
+    const EVERY: Self = Self { tried: usize::MAX, begun: 2, refitted: usize::MAX, starts: 1, ..Self::MORE };
 }
 
 /// How often a start is looked at, and one from far away.
@@ -82,8 +86,6 @@ const SILENT_STRENGTHS: u32 = 6;
 const RATIOS: u32 = 8;
 /// The most starts of a mechanism beside one that it is confused with.
 const TOGETHER: usize = 12;
-/// A score below this is not refitted.
-const LEAST_SCORE: f64 = 3.5;
 /// A mechanism in some recordings takes this much more off χ² than the same everywhere.
 const CLEARLY_MORE: f64 = 30.0;
 
@@ -447,7 +449,7 @@ fn promising<'a>(base: &Fit, scores: &'a [Screened], breadth: Breadth) -> Vec<&'
             && score.absorbed > MERE_TUNING
             && score.entrant.effect.mechanism().parameters[0].scale == Scale::Linear
     };
-    let mut order: Vec<&Screened> = scores.iter().filter(|score| score.z >= LEAST_SCORE || relieves(score)).collect();
+    let mut order: Vec<&Screened> = scores.iter().filter(|score| score.z >= breadth.least_score || relieves(score)).collect();
     order.sort_by(|a, b| b.z.total_cmp(&a.z));
     let id = |score: &Screened| kind(&score.entrant).0;
     let acts = |score: &Screened| kind(&score.entrant).1;

@@ -496,7 +496,8 @@ impl Selecting<'_> {
                 break;
             }
             let wanted = if last { self.to_beat } else { f64::INFINITY };
-            let trials = refit(self.problem, &here.trial.fit, &scores, here.rest, Breadth::MORE, self.part, wanted);
+            let breadth = if number == 0 && !here.asks() { Breadth::FAINT } else { Breadth::MORE };
+            let trials = refit(self.problem, &here.trial.fit, &scores, here.rest, breadth, self.part, wanted);
             let is_enough = |trial: &&Trial| match number {
                 0 => is_no_chance(self.problem, &here.trial, trial),
                 _ => here.trial.bic - trial.bic >= enough,
