@@ -19,7 +19,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     lasting: true,
     by_configuration: &[],
     by_recording: &[],
-    equation: "F = c·v·|v|, v the rate of the stroke of the body springs",
+    equation: "F = c·v² as the body springs are pressed in at the rate v, −b·c·v² as they come back",
     source: "orifice loss of the air in the housing; 1 N at 0.25 m/s",
     parameters: &[
         Parameter {
@@ -40,6 +40,17 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             search: Search::OneOf(&[1.0, 0.0]),
             ..CELL_SHARE
         },
+        Parameter {
+            name: "back_share",
+            unit: "1",
+            meaning: "part b of the drag as the springs come back: 1 through one opening, less or more where a lip or a valve opens one way",
+            null: None,
+            range: (0.0, 2.0),
+            plausible: (0.4, 1.6),
+            typical: 1.0,
+            scale: Scale::Linear,
+            search: Search::Typical,
+        },
     ],
     signature: "a step of the force at contact that grows with the square of the speed, and less force on the way out",
     confused_with: &["viscous-damping", "hunt-crossley-damping", "guide-friction"],
@@ -50,6 +61,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 fn enter(effect: &Effect, assembly: &mut Assembly) {
     assembly.guide.air_ns2_per_m2 += effect.value(0);
     assembly.guide.air_cell_share = effect.value(1);
+    assembly.guide.air_back_share = effect.value(2);
 }
 
 #[cfg(test)]
@@ -78,6 +90,21 @@ mod tests {
         near("on the way back", square(left, top, 0.0, -drag), after * after, 1e-6);
         near("at the end", k * left, drag * after * after, 1e-3);
         near("step", impact.force_n(0.0), drag * speed * speed, 1e-9);
+    }
+
+    /// A valve that opens on the way back: pressed in as without it, and back as by springs alone.
+    #[test]
+    fn a_valve_lets_the_springs_back_freely() {
+        let valve = ["air-damping:drag_Ns2_per_m2=60,back_share=0"];
+        let (free, both) = (
+            strike(Rig::impact(25e3), 0.5, 6.0, &valve),
+            strike(Rig::impact(25e3), 0.5, 6.0, &["air-damping:drag_Ns2_per_m2=60"]),
+        );
+        let (free, both) = (free.truth().contacts[0], both.truth().contacts[0]);
+        near("stroke", free.stroke_m, both.stroke_m, 1e-8);
+        let energy = 0.5 * 25e3 * free.stroke_m * free.stroke_m;
+        near("on the way back", 3.0 * free.speed_after_m_per_s.powi(2), energy, 1e-5);
+        assert!(both.speed_after_m_per_s.abs() < 0.99 * free.speed_after_m_per_s.abs());
     }
 
     /// Beside the cell the air is felt by what it does to the motion alone: the cell bears the springs.

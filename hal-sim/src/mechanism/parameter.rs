@@ -32,7 +32,7 @@ pub enum Search {
     Typical,
     /// At each of these.
     OneOf(&'static [f64]),
-    /// At each of these, and held there: a whole number.
+    /// At each of these, and held there: the number of a configuration. The lower end of the range is every one.
     Whole(&'static [f64]),
     /// At each of these, and held there: a form of its own, which is followed beside the others.
     Form(&'static [f64]),

@@ -15,9 +15,9 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Robot,
     site: Site::InitialCondition,
     lasting: false,
-    by_configuration: &[],
+    by_configuration: &["relative"],
     by_recording: &[],
-    equation: "m = m_said·(1 + ε) in the configuration with this number, m_said in the others",
+    equation: "m = m_said·(1 + ε) in the configuration with this number, m_said in the others; in every one, each with its ε, where that is −1",
     source: "spread of public models of one arm; held or free orientation",
     parameters: &[
         Parameter {
@@ -34,9 +34,9 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         Parameter {
             name: "configuration",
             unit: "1",
-            meaning: "its number in the campaign, from 0; a whole number, others are rounded",
+            meaning: "its number in the campaign, from 0; −1: every one; a whole number, others are rounded",
             null: None,
-            range: (0.0, 1e6),
+            range: (-1.0, 1e6),
             plausible: (0.0, 3.0),
             typical: 0.0,
             scale: Scale::Linear,
@@ -50,7 +50,8 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    if f64::from(assembly.approach.configuration) == effect.value(1).round() {
+    let number = effect.value(1).round();
+    if number < 0.0 || f64::from(assembly.approach.configuration) == number {
         assembly.approach.effective_mass_kg *= 1.0 + effect.value(0);
     }
 }
@@ -73,6 +74,8 @@ mod tests {
         near("duration", heavier.end_s.unwrap(), 1.1 * ideal.end_s.unwrap(), 1e-8);
         near("impulse", heavier.impulse_ns, 1.21 * ideal.impulse_ns, 1e-6);
         assert_eq!(hit(1, &effect), hit(1, &[]));
+        let every = ["pose-dependent-mass:relative=0.21,configuration=-1"];
+        assert_eq!((hit(1, &every), hit(2, &every)), (heavier, heavier));
         // A joint that is named first splits the mass that there really is.
         let both = ["joint-elasticity", effect[0]];
         let joint_first = strike_as(rig, Approach { configuration: 2, ..Approach::new(0.25, 6.0) }, &both);

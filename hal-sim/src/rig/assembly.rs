@@ -232,6 +232,8 @@ pub struct Guide {
     pub creep_m_per_s: f64,
     /// Drag of the air in the housing, N·s²/m²: `air_ns2_per_m2·v·|v|` against the piece.
     pub air_ns2_per_m2: f64,
+    /// Which part of that there is as the springs come back: 1 where the air passes the same opening both ways.
+    pub air_back_share: f64,
     /// Which part of it presses on the load cell: 1 when the housing stands on the cell, 0 beside it.
     pub air_cell_share: f64,
     /// Which part of the friction reaches the load cell; 0 when the guide stands beside the cell, 1 when it
@@ -252,6 +254,7 @@ impl Default for Guide {
             presliding_m: 0.0,
             creep_m_per_s: 0.0,
             air_ns2_per_m2: 0.0,
+            air_back_share: 1.0,
             air_cell_share: 1.0,
             cell_share: 0.0,
             rest_share: 1.0,
@@ -292,7 +295,14 @@ impl Guide {
     /// Drag of the air on a piece of this velocity, N.
     #[must_use]
     pub fn air_n(&self, velocity_m_per_s: f64) -> f64 {
-        self.air_ns2_per_m2 * velocity_m_per_s * velocity_m_per_s.abs()
+        0.5 * self.air_ns_per_m(velocity_m_per_s) * velocity_m_per_s
+    }
+
+    /// By how much that grows with the velocity, N·s/m.
+    #[must_use]
+    pub fn air_ns_per_m(&self, velocity_m_per_s: f64) -> f64 {
+        let share = if velocity_m_per_s < 0.0 { self.air_back_share } else { 1.0 };
+        2.0 * share * self.air_ns2_per_m2 * velocity_m_per_s.abs()
     }
 
     /// Which part of the friction the springs press with after the robot has left at this velocity: 1 − v·√(m·k)/F_c for a slow piece

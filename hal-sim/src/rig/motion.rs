@@ -815,7 +815,7 @@ impl System {
                 break;
             }
             let part = self.rubbed_part(sign, pad.force_n, instant.grip);
-            let air_ns_per_m = 2.0 * guide.air_ns2_per_m2 * velocity.abs();
+            let air_ns_per_m = guide.air_ns_per_m(velocity);
             let damping = part * pad.damping_ns_per_m + spring.damping_ns_per_m + air_ns_per_m;
             let drag = *drag.get_or_insert_with(|| damping.hypot(PIECE_DRAG_NS_PER_M) - damping);
             let air_n = guide.air_n(velocity);

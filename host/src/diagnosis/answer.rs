@@ -230,9 +230,10 @@ pub fn parameters(diagnosis: &Diagnosis, place: usize) -> Vec<Value> {
         let own = some.iter().flat_map(|recording| of_recording(diagnosis, place, recording));
         let entrant = &fit.layout.entrants[place];
         let all = told(&fit.layout.effect(problem, place, &fit.point), 0).into_iter();
-        let shared = all.zip(entrant.effect.mechanism().parameters).enumerate().filter(|(number, (_, parameter))| {
-            !entrant.is_by_recording(*number) && !parameter.is_of_each_impact()
-        });
+        let shared = all
+            .zip(entrant.effect.mechanism().parameters)
+            .enumerate()
+            .filter(|(number, (_, parameter))| !entrant.is_by_recording(*number) && !parameter.is_of_each_impact());
         return own.chain(shared.map(|(_, (value, _))| value)).collect();
     }
     if fit.layout.entrants[place].scope != Scope::EachConfiguration {

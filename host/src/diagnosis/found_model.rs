@@ -120,6 +120,7 @@ pub fn to_toml(diagnosis: &Diagnosis, name: &str) -> String {
         }
         if mechanism.id == "pose-dependent-mass"
             && let Ok(number) = fit.layout.effect(&diagnosis.problem, place, &fit.point).get("configuration")
+            && number >= 0.0
             && let Some(configuration) = diagnosis.problem.configurations.get(number.round() as usize)
         {
             let _ = writeln!(

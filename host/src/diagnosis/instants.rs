@@ -113,12 +113,8 @@ impl Gaps {
         };
         let better = |best: Gap, other: Gap| if other.cost < best.cost { other } else { best };
         let here = self.length(point, recording);
-        let as_it_is = Gap {
-            cost: f64::INFINITY,
-            instant_s: point.locals[recording][self.instant],
-            length: here,
-            shift_s: 0.0,
-        };
+        let as_it_is =
+            Gap { cost: f64::INFINITY, instant_s: point.locals[recording][self.instant], length: here, shift_s: 0.0 };
         let apart_s = problem.eventful_s(recording) / SPREAD as f64;
         let tried = lengths.iter().map(|times| here + times.ln()).flat_map(|length| {
             let shifts = [0.0, -1.0, 1.0].map(|times| times * seconds(length));

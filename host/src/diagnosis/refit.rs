@@ -449,7 +449,8 @@ fn promising<'a>(base: &Fit, scores: &'a [Screened], breadth: Breadth) -> Vec<&'
             && score.absorbed > MERE_TUNING
             && score.entrant.effect.mechanism().parameters[0].scale == Scale::Linear
     };
-    let mut order: Vec<&Screened> = scores.iter().filter(|score| score.z >= breadth.least_score || relieves(score)).collect();
+    let mut order: Vec<&Screened> =
+        scores.iter().filter(|score| score.z >= breadth.least_score || relieves(score)).collect();
     order.sort_by(|a, b| b.z.total_cmp(&a.z));
     let id = |score: &Screened| kind(&score.entrant).0;
     let acts = |score: &Screened| kind(&score.entrant).1;

@@ -16,7 +16,7 @@
 use nalgebra::DVector;
 use statrs::distribution::{ChiSquared, ContinuousCDF as _};
 use statrs::function::factorial::ln_binomial;
-use thud_sim::mechanism::{Effect, Mechanism};
+use thud_sim::mechanism::{Effect, Mechanism, Search};
 
 use super::candidate::Reach;
 use super::coincidence::is_coincidence;
@@ -655,7 +655,13 @@ impl Selecting<'_> {
                 && self.problem.configurations.len() > 1
         };
         let Some(last) = entrants.last_mut().filter(may_differ) else { return trial };
-        let effect = layout.effect(self.problem, layout.entrants.len() - 1, &trial.fit.point);
+        let mut effect = layout.effect(self.problem, layout.entrants.len() - 1, &trial.fit.point);
+        for (place, parameter) in effect.mechanism().parameters.iter().enumerate() {
+            // What is of one configuration is then of every one.
+            if matches!(parameter.search, Search::Whole(_)) {
+                let _ = effect.set_value(place, parameter.range.0);
+            }
+        }
         *last = Entrant { effect, scope: Scope::EachConfiguration, own: last.own.clone() };
         let freed = Layout::new(self.problem, entrants);
         let start = freed.start_from(self.problem, layout, &trial.fit.point);
