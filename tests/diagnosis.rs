@@ -213,47 +213,58 @@ fn a_gain_that_re_tuning_imitates_keeps_its_twin() {
     assert_eq!(twins, [Some("gain-error"), Some("speed-error")], "{answer}");
 }
 
-/// A blow beside the axis reads otherwise in every pose: one gain, of a strength of its own in each.
-#[test]
-fn a_gain_may_be_another_in_each_pose() {
+/// A mechanism that is another in each of three poses, as the model file says it and as it is found: what was named, its set included.
+fn found_in_each_pose(id: &str, more: &str, values: [(&str, f64); 3]) -> BTreeSet<String> {
     let folder = TempDir::new().unwrap();
-    let rig = "format = \"thud-model/1\"\nname = \"three gains\"\n[rig]\nkind = \"impact\"\n\
+    let rig = "format = \"thud-model/1\"\nname = \"three poses\"\n[rig]\nkind = \"impact\"\n\
                body_stiffness_N_per_m = { value = 25000.0, sd = 500.0 }\n";
-    let gains = [("1", 0.06), ("2", -0.05), ("3", 0.12)];
-    let table = |(configuration, gain): (&str, f64)| {
+    let table = |(configuration, relative): (&str, f64)| {
         format!(
-            "[[mechanism]]\nid = \"gain-error\"\nconfiguration = \"{configuration}\"\n\
-             [mechanism.parameters]\nrelative = {{ value = {gain} }}\n"
+            "[[mechanism]]\nid = \"{id}\"\nconfiguration = \"{configuration}\"\n\
+             [mechanism.parameters]\nrelative = {{ value = {relative} }}\n{more}"
         )
     };
-    let model: String = gains.map(table).concat();
-    std::fs::write(folder.path().join("gains.toml"), format!("{rig}{model}")).unwrap();
+    let model: String = values.map(table).concat();
+    std::fs::write(folder.path().join("poses.toml"), format!("{rig}{model}")).unwrap();
     let simulated = |model: &str, seed: &str, name: &str| {
         let mut arguments = vec!["simulate", "--model", model, "--speeds", "0.1,0.2,0.3", "--masses", "4,6,8"];
         arguments.extend(["--speed-error", "0.01", "--mass-error", "0.01", "--sample-rate", "2000", "--after", "0.2"]);
         arguments.extend(["--repeats", "1", "--seed", seed, "--out", name]);
         succeeds(&folder, &arguments);
     };
-    simulated("gains.toml", "5", "gains-1");
+    simulated("poses.toml", "5", "poses-1");
     let few = ["--only", "gain-error", "--only", "speed-error", "--only", "pose-dependent-mass"];
-    let arguments = [&["diagnose", "gains-1", "--json", "-", "--model", "found.toml"], &few[..]].concat();
+    let arguments = [&["diagnose", "poses-1", "--json", "-", "--model", "found.toml"], &few[..]].concat();
     let answer: Value = serde_json::from_str(&succeeds(&folder, &arguments)).unwrap();
-    let named = answer["mechanisms"].as_array().unwrap();
-    assert_eq!(named.len(), 1, "{answer}");
-    // Force alone does not tell a gain from a speed.
-    let set: BTreeSet<&str> =
-        [&named[0]["id"], &named[0]["indistinguishable_from"][0]].map(|id| id.as_str().unwrap()).into();
-    assert_eq!(set, ["gain-error", "speed-error"].into(), "{answer}");
-    parameters_are(&named[0]["parameters"]);
-    for ((configuration, gain), parameter) in gains.iter().zip(named[0]["parameters"].as_array().unwrap()) {
+    let [only] = &answer["mechanisms"].as_array().unwrap()[..] else { panic!("{answer}") };
+    parameters_are(&only["parameters"]);
+    for ((configuration, relative), parameter) in values.iter().zip(only["parameters"].as_array().unwrap()) {
         assert_eq!(parameter["name"], format!("relative[{configuration}]"));
-        assert!(number(parameter, "low") < *gain && *gain < number(parameter, "high"), "{parameter}");
+        assert!(number(parameter, "low") < *relative && *relative < number(parameter, "high"), "{parameter}");
     }
 
     // The model has one for each pose, and holds.
-    simulated("found.toml", "9", "gains-2");
-    let text = succeeds(&folder, &["evaluate", "found.toml", "gains-2", "--json", "-"]);
+    simulated("found.toml", "9", "poses-2");
+    let text = succeeds(&folder, &["evaluate", "found.toml", "poses-2", "--json", "-"]);
     assert_eq!(serde_json::from_str::<Value>(&text).unwrap()["verdict"], "holds", "{text}");
+    let twins = only["indistinguishable_from"].as_array().unwrap();
+    twins.iter().chain([&only["id"]]).map(|id| id.as_str().unwrap().to_owned()).collect()
+}
+
+/// A blow beside the axis reads otherwise in every pose: one gain, of a strength of its own in each.
+#[test]
+fn a_gain_may_be_another_in_each_pose() {
+    let set = found_in_each_pose("gain-error", "", [("1", 0.06), ("2", -0.05), ("3", 0.12)]);
+    // Force alone does not tell a gain from a speed.
+    assert_eq!(set, ["gain-error", "speed-error"].map(str::to_owned).into());
+}
+
+/// An arm's mass is another in every pose, where it was stated from one.
+#[test]
+fn a_mass_may_be_another_in_each_pose() {
+    let everywhere = "configuration = { value = -1.0 }\n";
+    let set = found_in_each_pose("pose-dependent-mass", everywhere, [("1", 0.2), ("2", -0.15), ("3", 0.1)]);
+    assert_eq!(set, ["pose-dependent-mass"].map(str::to_owned).into());
 }
 
 /// Three speeds of six are not what was stated, each in its own way; and a cell that has lost a fifth of its gain before the last two blows.

@@ -208,10 +208,9 @@ pub fn each_its_own(problem: &Problem, trial: Trial, part: Part<'_>) -> Trial {
     lightest.filter(|freed| freed.bic < trial.bic - ENOUGH).unwrap_or(trial)
 }
 
-/// With a length for each recording that asks for a gap and, where all do, with one for all from there. None: no mechanism has gaps whose lengths may
-/// differ, or they are in these recordings already.
+/// With a length for each recording that asks for a gap and, where all do, with one for all from there.
 fn freed(problem: &Problem, fit: &Fit, part: Part<'_>) -> Vec<Fit> {
-    let Some((freed, gaps, found)) = sought_in_each(problem, fit, part) else { return Vec::new() };
+    let Some(Asking { layout: freed, gaps, found }) = asking(problem, fit, part) else { return Vec::new() };
     let begun = |layout: Layout, gaps: Gaps, found: &[(usize, Gap)]| {
         let start = layout.start_from(problem, &fit.layout, &fit.point);
         let start = found.iter().fold(start, |start, (recording, gap)| gaps.with(&start, *recording, *gap));
@@ -237,8 +236,17 @@ fn acting(problem: &Problem, layout: &Layout, place: usize, scope: Scope) -> Opt
     Some((layout, gaps))
 }
 
-/// The recordings that ask for a gap, with the best one of each, and the layout in which each has its own.
-fn sought_in_each(problem: &Problem, fit: &Fit, part: Part<'_>) -> Option<(Layout, Gaps, Vec<(usize, Gap)>)> {
+/// The recordings that ask for a gap.
+struct Asking {
+    /// In which each of them has its own.
+    layout: Layout,
+    gaps: Gaps,
+    /// The best one of each.
+    found: Vec<(usize, Gap)>,
+}
+
+/// `None`: no mechanism has gaps whose lengths may differ, no recording asks for any, or those that ask have theirs already.
+fn asking(problem: &Problem, fit: &Fit, part: Part<'_>) -> Option<Asking> {
     let Fit { layout, point, .. } = fit;
     let place = layout.entrants.iter().position(|entrant| {
         let mechanism = entrant.effect.mechanism();
@@ -278,5 +286,5 @@ fn sought_in_each(problem: &Problem, fit: &Fit, part: Part<'_>) -> Option<(Layou
         return None;
     }
     let (freed, gaps) = acting(problem, layout, place, scope)?;
-    Some((freed, gaps, found))
+    Some(Asking { layout: freed, gaps, found })
 }
