@@ -95,6 +95,14 @@ impl Noise {
         self.samples
     }
 
+    /// Relative variance of the strength that it says of slow noise: 2/N of N samples where it is white, 4·p/N of a model of order p, whose spectrum is
+    /// twice as uncertain at its lower end as elsewhere (K. N. Berk, Ann. Stat. 2 (1974) 489). Nothing of noise that is only stated.
+    #[must_use]
+    pub fn slow_variance(&self) -> f64 {
+        let free = (2 * self.coefficients.len()).max(1);
+        if self.samples == 0 { 0.0 } else { 2.0 * free as f64 / self.samples as f64 }
+    }
+
     /// Whether squares of whitened residuals can be more than noise, however they go together.
     #[must_use]
     pub fn is_exceeded(&self, squares: f64, count: usize) -> bool {
@@ -161,6 +169,20 @@ pub(super) mod tests {
         let lag = |lag: usize| fresh[lag..].iter().zip(&fresh).map(|(a, b)| a * b).sum::<f64>() / 4000.0;
         assert!((lag(0) - 1.0).abs() < 0.1, "{}", lag(0));
         assert!((1..5).all(|shift| lag(shift).abs() < 0.08));
+    }
+
+    /// The model's strength at the frequency zero, innovation over 1 − Σ a, in 300 stretches of 300 samples.
+    #[test]
+    fn slow_noise_is_known_as_well_as_its_samples_tell() {
+        let slow = |seed: u64| {
+            let noise = Noise::of_quiet(&[coloured(300, seed)], true).unwrap();
+            let gain = noise.innovation / (1.0 - noise.coefficients.iter().sum::<f64>());
+            (2.0 * gain.ln(), noise.slow_variance())
+        };
+        let (logarithms, said): (Vec<f64>, Vec<f64>) = (0..300).map(slow).unzip();
+        let mean = logarithms.iter().sum::<f64>() / 300.0;
+        let scatter = logarithms.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / 299.0;
+        assert!((0.5..2.0).contains(&(scatter / said[0])), "{scatter} {}", said[0]);
     }
 
     #[test]

@@ -2,7 +2,8 @@
 //!
 //! The residual is compared with sines over the contact time, each also times speed and times mass, and with slow curves after the
 //! contact, all freed of what the fit's coordinates can imitate. Under the right model the sum of squares over q independent forms
-//! is χ² with q degrees of freedom.
+//! is χ² with q degrees of freedom, as exactly as the noise is known: of a short quiet stretch its strength at slow frequencies is told with
+//! a relative variance ε², and the sum's own variance is 2q + q²·ε².
 
 use nalgebra::DVector;
 
@@ -22,20 +23,23 @@ pub struct Omnibus {
     pub excess: f64,
     /// How many independent forms.
     pub forms: usize,
+    /// Relative variance of the noise's strength where these forms are.
+    pub noise_variance: f64,
 }
 
 impl Omnibus {
-    /// The excess in its own standard deviations, √(2q).
+    /// The excess in its own standard deviations, √(2q + q²·ε²).
     #[must_use]
     pub fn z(&self) -> f64 {
-        if self.forms == 0 { 0.0 } else { self.excess / (2.0 * self.forms as f64).sqrt() }
+        let forms = self.forms as f64;
+        if self.forms == 0 { 0.0 } else { self.excess / (2.0 * forms + forms * forms * self.noise_variance).sqrt() }
     }
 }
 
 /// Tests a fit.
 #[must_use]
 pub fn omnibus(problem: &Problem, fit: &Fit, tangent: &Tangent) -> Omnibus {
-    let nothing = Omnibus { excess: 0.0, forms: 0 };
+    let nothing = Omnibus { excess: 0.0, forms: 0, noise_variance: 0.0 };
     let squares: f64 = fit.residuals.iter().flatten().map(|residual| residual * residual).sum();
     if !problem.is_beyond_noise(squares, fit.residuals.iter().map(Vec::len).sum()) {
         return nothing;
@@ -79,7 +83,9 @@ pub fn omnibus(problem: &Problem, fit: &Fit, tangent: &Tangent) -> Omnibus {
             basis.push(form);
         }
     }
-    Omnibus { excess: sum - basis.len() as f64, forms: basis.len() }
+    let noise_variance =
+        problem.recordings.iter().map(|recording| recording.noise[0].slow_variance()).fold(0.0, f64::max);
+    Omnibus { excess: sum - basis.len() as f64, forms: basis.len(), noise_variance }
 }
 
 /// Begin and end of the contact that the fit has, s in the recording's time.
@@ -130,4 +136,18 @@ fn form(problem: &Problem, fit: &Fit, weights: &[f64], shape: impl Fn(f64, f64) 
             values
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_short_quiet_stretch_leaves_open_is_no_rest() {
+        let known = Omnibus { excess: 75.0, forms: 48, noise_variance: 0.0 };
+        assert!((known.z() - 75.0 / 96.0_f64.sqrt()).abs() < 1e-12);
+        // A third of the noise's strength is open: so is a third of 48.
+        let hardly = Omnibus { noise_variance: 1.0 / 9.0, ..known };
+        assert!((hardly.z() - 75.0 / 352.0_f64.sqrt()).abs() < 1e-12);
+    }
 }
