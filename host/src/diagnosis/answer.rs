@@ -229,12 +229,9 @@ pub fn parameters(diagnosis: &Diagnosis, place: usize) -> Vec<Value> {
     if let Scope::EachRecording(some) = fit.layout.entrants[place].scope {
         let own = some.iter().flat_map(|recording| of_recording(diagnosis, place, recording));
         let entrant = &fit.layout.entrants[place];
-        let all = told(&fit.layout.effect(problem, place, &fit.point), 0).into_iter();
-        let shared = all
-            .zip(entrant.effect.mechanism().parameters)
-            .enumerate()
-            .filter(|(number, (_, parameter))| !entrant.is_by_recording(*number) && !parameter.is_of_each_impact());
-        return own.chain(shared.map(|(_, (value, _))| value)).collect();
+        let all = told(&fit.layout.effect(problem, place, &fit.point), 0).into_iter().enumerate();
+        let shared = all.filter(|(number, _)| !entrant.is_own(*number)).map(|(_, value)| value);
+        return own.chain(shared).collect();
     }
     if fit.layout.entrants[place].scope != Scope::EachConfiguration {
         return told(&fit.layout.effect(problem, place, &fit.point), 0);

@@ -98,9 +98,8 @@ pub fn to_toml(diagnosis: &Diagnosis, name: &str) -> String {
             );
         }
         let parameters = mechanism.parameters.iter().enumerate();
-        let own = parameters
-            .filter(|(number, parameter)| parameter.is_of_each_impact() || entrant.is_by_recording(*number))
-            .map(|(_, parameter)| parameter.name.to_owned());
+        let own =
+            parameters.filter(|(number, _)| entrant.is_own(*number)).map(|(_, parameter)| parameter.name.to_owned());
         let own: Vec<String> = own.collect();
         if !own.is_empty() {
             let _ = writeln!(

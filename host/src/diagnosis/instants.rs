@@ -27,7 +27,7 @@ const HALVINGS: i32 = 6;
 const MISSED: f64 = 1.0;
 /// How often they are sought: with each round the strength is nearer to what it should be.
 const ROUNDS: usize = 4;
-/// Lengths that are tried in each recording, over the one that all have.
+/// Lengths that are tried in each recording, over the one that all have; its coordinate is a logarithm.
 const LENGTHS: [f64; 6] = [0.25, 0.4, 0.63, 1.0, 1.6, 2.5];
 
 /// The coordinates of one mechanism's gaps in a layout.
@@ -248,15 +248,14 @@ struct Asking {
 /// `None`: no mechanism has gaps whose lengths may differ, no recording asks for any, or those that ask have theirs already.
 fn asking(problem: &Problem, fit: &Fit, part: Part<'_>) -> Option<Asking> {
     let Fit { layout, point, .. } = fit;
-    let place = layout.entrants.iter().position(|entrant| {
-        let mechanism = entrant.effect.mechanism();
-        let places_itself = mechanism.parameters.iter().any(|parameter| parameter.search == Search::EachInstant);
-        places_itself && mechanism.by_recording.contains(&mechanism.parameters[0].name)
+    let before = Gaps::of(layout).into_iter().find(|gaps| {
+        let mechanism = layout.entrants[gaps.entrant].effect.mechanism();
+        mechanism.by_recording.contains(&mechanism.parameters[0].name)
     })?;
+    let place = before.entrant;
     let every = (0..problem.recordings.len()).collect();
     let (whole, gaps) = acting(problem, layout, place, Scope::EachRecording(every))?;
     let Place::Local(length) = gaps.length else { return None };
-    let before = Gaps::of(layout).into_iter().find(|gaps| gaps.entrant == place)?;
     let scope = layout.entrants[place].scope;
     let acted_in: Vec<usize> =
         part.iter().copied().filter(|one| scope.includes(*one, problem.recordings[*one].configuration)).collect();

@@ -67,6 +67,12 @@ impl Entrant {
             && mechanism.by_recording.contains(&mechanism.parameters[place].name)
     }
 
+    /// Whether each impact or recording that it acts in has a value of its own for this parameter.
+    #[must_use]
+    pub fn is_own(&self, place: usize) -> bool {
+        self.effect.mechanism().parameters[place].is_of_each_impact() || self.is_by_recording(place)
+    }
+
     /// Whether [`own`](Self::own) is of this parameter.
     fn begins_own(&self, place: usize) -> bool {
         let parameters = self.effect.mechanism().parameters;
@@ -355,8 +361,7 @@ impl Layout {
                     globals.extend(configurations.map(|number| Coordinate { role: role(number), ..coordinate }));
                     continue;
                 }
-                let is_own = parameter.is_of_each_impact() || entrant.is_by_recording(place);
-                if is_own { locals.push(coordinate) } else { globals.push(coordinate) }
+                if entrant.is_own(place) { locals.push(coordinate) } else { globals.push(coordinate) }
             }
         }
         Self { entrants, globals, locals, of_rig, offsets_as_seen: false }

@@ -7,8 +7,9 @@
 //!
 //! A score is a promise of a tangent, what the simulation makes of it is another opinion: half of the starts are chosen by the one,
 //! half by the other. Where the fit so far strains what was stated it imitates what is missing; then the best start of each mechanism
-//! is tried once more beside what was stated. Where very much is left, mechanisms that promise little are tried at likely strengths. What
-//! was promised all the same may leave a rest: then every mechanism is begun [anew], whatever its score, and [together] with what it is confused with.
+//! is tried once more beside what was stated. Where nothing stands out every mechanism is refitted; where very much is left, mechanisms that
+//! promise little are tried at likely strengths. What was promised all the same may leave a rest: then every mechanism is begun [anew], whatever
+//! its score, and [together] with what it is confused with.
 
 use std::collections::HashSet;
 
