@@ -233,4 +233,17 @@ mod tests {
         let held = impact.value(Quantity::Stroke, end + 0.05);
         near("the springs press with what is left", 25e3 * held, impact.force_n(end + 0.05), 1e-6);
     }
+
+    /// What has fallen and bounced is held by its own guide above the rig: it creeps down at v with F_c·v/√(v² + v_c²) = m·g, towards which it decays
+    /// thousands of times faster than the springs swing. That takes no steps as short.
+    #[test]
+    fn what_the_robots_guide_holds_is_followed_in_few_steps() {
+        let (mass, force, creep) = (0.24, 60.0, 3e-4);
+        let effect = format!("guide-friction:force_N={force},guide=2,creep_m_per_s={creep}");
+        let impact = strike(Rig::drop(7e3), 4.4, mass, &[&effect]);
+        assert!(impact.effort().steps < 500, "{:?}", impact.effort());
+        let y = mass * crate::rig::STANDARD_GRAVITY_M_PER_S2 / force;
+        let [before, after] = [0.1, 0.2].map(|at_s| impact.value(Quantity::Position, at_s));
+        near("speed", (after - before) / 0.1 / (creep * y / (1.0 - y * y).sqrt()), 1.0, 1e-3);
+    }
 }

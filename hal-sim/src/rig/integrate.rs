@@ -29,6 +29,10 @@ const MOST_STEPS_PER_S: f64 = 1e5;
 /// However short it is.
 const ALWAYS_STEPS: f64 = 2e4;
 
+/// An explicit method that takes so many steps between two events is held up by something that decays: a robot at rest in its own guide. The
+/// implicit one goes on from there.
+const LABOURS: usize = 200;
+
 /// Verner's method of order 6 has an interpolant of degree 6. (Dormand–Prince 8(5,3) makes longer steps, but its
 /// interpolant of degree 7 is a thousand times less exact than the steps' ends, and here only the interpolant counts.)
 const VERNER_NODES: usize = 7;
@@ -176,16 +180,25 @@ impl<const N: usize> ODE<f64, [f64; N]> for Form<'_> {
     }
 }
 
+/// A method for stretches that are stiff.
+fn rodas<const N: usize>(
+    system: &System,
+    mode: &Mode,
+    time_s: f64,
+    state: &[f64; N],
+    accuracy: Accuracy,
+) -> Rosenbrock<N> {
+    let finer = accuracy.relative / Accuracy::default().relative;
+    Rosenbrock::new(system, mode, time_s, state, (accuracy.relative, finer), &system.tolerances(accuracy.force_n))
+}
+
 fn by_size<const N: usize>(system: System, until_s: f64, accuracy: Accuracy) -> Result<Impact, RigError> {
-    follow(system, until_s, |system, mode, span_s, state| {
+    follow(system, until_s, accuracy, |system, mode, span_s, state| {
         if system.is_linear(mode) {
             let tolerances = system.tolerances(accuracy.force_n);
             Solver::Exact(Box::new(Propagator::new(system, mode, span_s, state, accuracy.relative, &tolerances)))
         } else if system.is_stiff(mode) {
-            let finer = accuracy.relative / Accuracy::default().relative;
-            let tolerances = system.tolerances(accuracy.force_n);
-            let relative = (accuracy.relative, finer);
-            Solver::Rodas(Box::new(Rosenbrock::new(system, mode, span_s.0, state, relative, &tolerances)))
+            Solver::Rodas(Box::new(rodas(system, mode, span_s.0, state, accuracy)))
         } else {
             Solver::Verner(Box::new(verner::<N>(system, accuracy)))
         }
@@ -195,6 +208,7 @@ fn by_size<const N: usize>(system: System, until_s: f64, accuracy: Accuracy) -> 
 fn follow<const N: usize>(
     system: System,
     until_s: f64,
+    accuracy: Accuracy,
     solver_for: impl Fn(&System, &Mode, (f64, f64), &[f64; N]) -> Solver<N>,
 ) -> Result<Impact, RigError> {
     let (start, mode) = system.start();
@@ -223,7 +237,11 @@ fn follow<const N: usize>(
             effort.evaluations += solver.init(&form, time_s, stop_s, &state).map_err(failed)?;
         }
         let mut event = None;
+        let begun_steps = effort.steps;
         while event.is_none() && time_s < stop_s {
+            if matches!(solver, Solver::Verner(_)) && effort.steps - begun_steps > LABOURS {
+                solver = Solver::Rodas(Box::new(rodas(&system, &form.mode, time_s, &state, accuracy)));
+            }
             let (evaluations, kept) = solver.step(&form).map_err(failed)?;
             effort.evaluations += evaluations;
             if !kept {

@@ -21,6 +21,8 @@ pub const FORMAT_EVALUATION: &str = "thud-evaluation/1";
 /// How far a parameter may be off because no rig is quite like an equation, relative: what the parameters of 50 cases of the concealing
 /// simulator, whose equations are others, were off by beyond noise.
 const EQUATIONS: f64 = 0.1;
+/// A strength whose logarithm deviates by more is not told from none.
+const UNTOLD: f64 = 1.0;
 /// Two-sided 95 % of a normal distribution.
 const DEVIATIONS_95: f64 = 1.959_964;
 
@@ -310,7 +312,8 @@ fn within(
         .collect()
 }
 
-/// The 95 % interval of a value, given the deviation of its coordinate and the relative one from what the equations lack.
+/// The 95 % interval of a value, given the deviation of its coordinate and the relative one from what the equations lack. A strength that is not told from
+/// none is as uncertain as what it does, not as its logarithm: a golf ball's drag is anything up to some value.
 fn interval(parameter: &Parameter, value: f64, deviation: f64, equations: f64) -> (f64, f64) {
     let here = coordinate_of(parameter, value);
     let equations = match parameter.scale {
@@ -318,5 +321,24 @@ fn interval(parameter: &Parameter, value: f64, deviation: f64, equations: f64) -
         Scale::Linear => equations * value.abs(),
     };
     let half = DEVIATIONS_95 * deviation.hypot(equations);
+    if parameter.scale == Scale::Logarithmic && parameter.null == Some(0.0) && deviation > UNTOLD {
+        return (0.0, (value * (1.0 + half)).min(parameter.range.1));
+    }
     (value_of(parameter, here - half), value_of(parameter, here + half))
+}
+
+#[cfg(test)]
+mod tests {
+    use thud_sim::mechanism::Mechanism;
+
+    use super::*;
+
+    #[test]
+    fn a_strength_that_is_not_told_from_none_has_an_interval_from_none() {
+        let drag = &Mechanism::find("air-drag").unwrap().parameters[0];
+        let (low, high) = interval(drag, 1e-3, 0.1, 0.0);
+        assert!((low * high / 1e-6 - 1.0).abs() < 1e-9 && high > 1.2e-3, "{low} {high}");
+        let (low, high) = interval(drag, 1e-7, 300.0, EQUATIONS);
+        assert!(low == 0.0 && (high / 1e-7 - 589.0).abs() < 0.1, "{low} {high}");
+    }
 }

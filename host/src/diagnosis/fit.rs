@@ -67,7 +67,7 @@ impl Effort {
     /// From where a fit to nearly the same recordings came to.
     pub const AGAIN: Self = Self { iterations: 4, globals: true, nuisances: true, central: true, further: 0 };
     /// Only what each recording has for itself.
-    pub const LOCAL: Self = Self { iterations: 8, globals: false, nuisances: true, central: true, further: 0 };
+    pub const LOCAL: Self = Self { iterations: 25, globals: false, nuisances: true, central: true, further: 0 };
     /// Only what is not believed at all: contact instants and offsets.
     pub const NOMINAL: Self = Self { iterations: 12, globals: false, nuisances: false, central: true, further: 0 };
 }

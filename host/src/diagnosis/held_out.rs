@@ -91,6 +91,9 @@ pub fn held_out(problem: &Problem, baseline: &Fit, fit: &Fit) -> HeldOut {
             Some(if asked { fitted } else { without })
         });
         let again = fitted.and_then(|fitted| {
+            if train.is_empty() {
+                return Some(fitted);
+            }
             let layout = fitted.layout;
             let known = if layout.entrants.is_empty() { baseline } else { fit };
             let fresh = layout.start(problem);

@@ -255,9 +255,6 @@ impl<'a> Looked<'a> {
 
     /// What is oddest in a phase.
     fn oddity(&self, row: usize, stretches: &Stretches) -> Oddity {
-        if !self.problem.is_beyond_noise(self.total(row).squares, self.total(row).forms) {
-            return Oddity::NONE;
-        }
         let all = std::iter::once(self.together(row)).chain(self.smooth[row].iter().copied());
         let smooth = all.map(|sum| Oddity::of(sum, sum.p(self.level)));
         let bands = self.bands[row].iter().zip(&self.quiet.bands).map(|(sum, quiet)| Oddity::of(*sum, sum.p(*quiet)));

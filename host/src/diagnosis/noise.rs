@@ -16,6 +16,10 @@ const SAMPLES_PER_COEFFICIENT: usize = 25;
 /// Straight lines through the quiet stretches that take less than this part of their squares are chance: of noise that goes together over
 /// twenty samples they take as much of some hundred.
 const DRIFTS: f64 = 0.05;
+/// Noise that is only stated goes together over three samples at most, e^(−1/3): what lasts longer is no different from a course.
+const MOST_ALIKE: f64 = 0.72;
+/// Halvings of an interval of that length.
+const HALVINGS: usize = 40;
 
 /// An autoregressive noise model.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,16 +32,16 @@ pub struct Noise {
     rms: f64,
     /// How many quiet samples told it; 0: none.
     samples: usize,
-    /// How strong anything may be that is no more than noise, however slow, where no quiet samples told its colour.
-    slow: Option<f64>,
 }
 
 impl Noise {
-    /// Noise that no quiet stretch has shown, taken as white and of this strength, though what is no stronger than `slow` may be noise
-    /// however slow it is.
+    /// Noise that no quiet stretch has shown, of this strength and, as scattered from sample to sample, of that: what does not scatter goes together, as in
+    /// an autoregressive model of order 1 with both strengths.
     #[must_use]
-    pub fn unseen(rms: f64, slow: f64) -> Self {
-        Self { coefficients: Vec::new(), innovation: rms, rms, samples: 0, slow: Some(slow) }
+    pub fn unseen(rms: f64, quick: f64) -> Self {
+        let alike = alike(quick / rms);
+        let coefficients = if alike > 0.0 { vec![alike] } else { Vec::new() };
+        Self { coefficients, innovation: rms * (1.0 - alike * alike).sqrt(), rms, samples: 0 }
     }
 
     /// Fitted to quiet stretches of evenly spaced samples; `coloured` is whether an order above zero may be used.
@@ -66,8 +70,7 @@ impl Noise {
         if variance <= 0.0 {
             return None;
         }
-        let white =
-            Self { coefficients: Vec::new(), innovation: variance.sqrt(), rms: variance.sqrt(), samples, slow: None };
+        let white = Self { coefficients: Vec::new(), innovation: variance.sqrt(), rms: variance.sqrt(), samples };
         if !coloured || samples < ORDER * SAMPLES_PER_COEFFICIENT {
             return Some(white);
         }
@@ -95,18 +98,18 @@ impl Noise {
         self.samples
     }
 
+    /// Whether its samples have nothing to do with each other.
+    #[must_use]
+    pub fn is_white(&self) -> bool {
+        self.coefficients.is_empty()
+    }
+
     /// Relative variance of the strength that it says of slow noise: 2/N of N samples where it is white, 4·p/N of a model of order p, whose spectrum is
     /// twice as uncertain at its lower end as elsewhere (K. N. Berk, Ann. Stat. 2 (1974) 489). Nothing of noise that is only stated.
     #[must_use]
     pub fn slow_variance(&self) -> f64 {
         let free = (2 * self.coefficients.len()).max(1);
         if self.samples == 0 { 0.0 } else { 2.0 * free as f64 / self.samples as f64 }
-    }
-
-    /// Whether squares of whitened residuals can be more than noise, however they go together.
-    #[must_use]
-    pub fn is_exceeded(&self, squares: f64, count: usize) -> bool {
-        self.slow.is_none_or(|slow| squares * self.rms.powi(2) > count as f64 * slow.powi(2))
     }
 
     /// Turns a residual into one that is white with unit variance, in place. The first samples, whose past is not known, are
@@ -123,6 +126,21 @@ impl Noise {
         first.iter_mut().for_each(|value| *value /= self.rms);
         others.iter_mut().for_each(|value| *value /= self.innovation);
     }
+}
+
+/// How alike neighbouring samples of an autoregressive model of order 1 are whose third differences are so much of white noise's: their variance is
+/// (20 − 30ρ + 12ρ² − 2ρ³)/20 of it.
+fn alike(quick: f64) -> f64 {
+    let scatter = |alike: f64| 1.0 - 1.5 * alike + 0.6 * alike.powi(2) - 0.1 * alike.powi(3);
+    let (mut low, mut high) = (0.0, MOST_ALIKE);
+    if scatter(high) >= quick * quick {
+        return high;
+    }
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if scatter(middle) > quick * quick { low = middle } else { high = middle }
+    }
+    low
 }
 
 fn beside_mean(values: &[f64]) -> Vec<f64> {
@@ -196,13 +214,27 @@ pub(super) mod tests {
         }
     }
 
+    /// Noise of which neighbours are alike by 0.6, told by its strength and its scatter alone.
     #[test]
-    fn what_is_no_stronger_than_slow_noise_is_within_it() {
-        let noise = Noise::unseen(0.2, 0.15);
-        // Whitened by what was taken: 0.15/0.2 of it may be slow.
-        assert!(!noise.is_exceeded(100.0 * 0.55, 100));
-        assert!(noise.is_exceeded(100.0 * 0.58, 100));
-        assert!(Noise::of_quiet(&[&coloured(400, 1)], true).unwrap().is_exceeded(1.0, 100));
+    fn stated_noise_that_hardly_scatters_goes_together() {
+        let mut chance = ChaCha8Rng::seed_from_u64(5);
+        let mut values = vec![0.0; 4000];
+        for place in 1..values.len() {
+            let fresh: f64 = StandardNormal.sample(&mut chance);
+            values[place] = 0.6 * values[place - 1] + 0.8 * fresh;
+        }
+        let third = |four: &[f64]| (four[3] - 3.0 * four[2] + 3.0 * four[1] - four[0]).powi(2) / 20.0;
+        let quick = (values.windows(4).map(third).sum::<f64>() / (values.len() - 3) as f64).sqrt();
+        Noise::unseen(1.0, quick).whiten(&mut values);
+        let lag = |lag: usize| values[lag..].iter().zip(&values).map(|(a, b)| a * b).sum::<f64>() / 4000.0;
+        assert!((lag(0) - 1.0).abs() < 0.06 && lag(1).abs() < 0.06, "{} {}", lag(0), lag(1));
+    }
+
+    #[test]
+    fn stated_noise_that_scatters_is_white_and_none_is_a_course() {
+        assert!(Noise::unseen(0.2, 0.2).is_white());
+        assert!(Noise::unseen(0.2, 0.3).is_white());
+        assert_eq!(Noise::unseen(0.2, 0.0).coefficients, [MOST_ALIKE]);
     }
 
     #[test]

@@ -40,10 +40,6 @@ impl Omnibus {
 #[must_use]
 pub fn omnibus(problem: &Problem, fit: &Fit, tangent: &Tangent) -> Omnibus {
     let nothing = Omnibus { excess: 0.0, forms: 0, noise_variance: 0.0 };
-    let squares: f64 = fit.residuals.iter().flatten().map(|residual| residual * residual).sum();
-    if !problem.is_beyond_noise(squares, fit.residuals.iter().map(Vec::len).sum()) {
-        return nothing;
-    }
     let Some(normal) = tangent.normal(0.0) else { return nothing };
     let forms = forms(problem, fit);
     let projected: Vec<(DVector<f64>, f64)> = forms

@@ -222,12 +222,6 @@ impl Problem {
         (seen.iter().map(|rms| rms * rms).sum::<f64>() / seen.len() as f64).sqrt()
     }
 
-    /// Whether squares of whitened residuals of any channel can be more than noise, however they go together.
-    #[must_use]
-    pub fn is_beyond_noise(&self, squares: f64, count: usize) -> bool {
-        self.recordings.iter().flat_map(|recording| &recording.noise).any(|noise| noise.is_exceeded(squares, count))
-    }
-
     /// Peak force of a recording, N: as recorded, or as the stated rig would have it where no channel is a force.
     #[must_use]
     pub fn peak_n(&self, recording: usize) -> f64 {
@@ -365,15 +359,18 @@ impl Problem {
             let noises = noises(&rests, number, all_even).unwrap_or_else(|| {
                 let stated = if number == 0 { campaign.chain.noise_rms } else { 0.0 };
                 let seen = scatter(&prepared, number);
-                // What is stated and does not scatter from sample to sample may be slow.
+                // What is stated and does not scatter from sample to sample is slow; what scatters is less in means over several.
                 let quick = third_differences(prepared.iter().map(|recording| recording.raw.values.as_slice()));
                 let slow = (stated.powi(2) - quick.powi(2)).max(0.0).sqrt();
-                let taken = stated.max(seen).max(quantum(&prepared, number) / 12.0_f64.sqrt());
+                let seen = seen.max(quantum(&prepared, number) / 12.0_f64.sqrt());
+                let taken = seen.hypot(slow);
+                let (taken, seen) = if taken > 0.0 { (taken, seen) } else { [spread(&prepared, number) * 1e-3; 2].into() };
+                let noise = Noise::unseen(taken, seen);
                 notes.push(Note::general(&format!(
-                    "{column}: too little quiet before contact to see the noise; taken as white, {taken:.3} rms (stated {stated}, scatter from sample to sample {seen:.3}). Begin recordings 50 ms before contact"
+                    "{column}: too little quiet before contact to see the noise; taken as {}, {taken:.3} rms (stated {stated}, scatter from sample to sample {seen:.3}). Begin recordings 50 ms before contact",
+                    if noise.is_white() { "white" } else { "alike in neighbouring samples" }
                 )));
-                let taken = if taken > 0.0 { taken } else { spread(&prepared, number) * 1e-3 };
-                vec![Noise::unseen(taken, seen.hypot(slow)); prepared.len()]
+                vec![noise; prepared.len()]
             });
             prepared.iter_mut().zip(noises).for_each(|(recording, noise)| recording.noise.push(noise));
         }

@@ -429,7 +429,7 @@ mod tests {
         let loose = Contest { by_chance: None, ..added };
         assert_eq!(
             against_rival(added),
-            "χ² 14 lower with 1 parameter more: by chance p = 2e-4, and 1e-6 is asked for"
+            "χ² 14 lower with 1 parameter more: by chance p = 2e-4, and 3e-5 is asked for"
         );
         assert_eq!(against_rival(loose), "χ² 14 lower with 1 parameter more: BIC gains 6, and 20 is asked for");
     }

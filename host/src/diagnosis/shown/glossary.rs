@@ -35,7 +35,7 @@ pub(super) fn glossary() -> Markup {
         ),
         (
             "by chance",
-            "noise alone lowers χ², too, the more parameters a mechanism has to bend: this is the part of trials in which it does as much (Wilks). A first mechanism must do more than chance does in one trial of a million, since many are tried.",
+            "noise alone lowers χ², too, the more parameters a mechanism has to bend: this is the part of trials in which it does as much (Wilks). A first mechanism must do more than chance does in three trials of a hundred thousand, since many are tried.",
         ),
         (
             "score",
