@@ -87,10 +87,14 @@ impl Stage for Closed {
     fn apply(&self, times_s: &[f64], signal_n: &mut [f64]) {
         let Self(Gap { from_s, lasts_s }) = *self;
         let original = signal_n.to_vec();
+        let mut next = 0;
         for (place, signal) in signal_n.iter_mut().enumerate().skip(first_touched(times_s, from_s)) {
             let (low_s, high_s) = around(times_s, place);
             let after = ((high_s - from_s) / (high_s - low_s)).clamp(0.0, 1.0);
-            let later = between(times_s, &original, times_s[place] + lasts_s);
+            let later_s = times_s[place] + lasts_s;
+            // Times rise: what was behind stays behind.
+            next += times_s[next..].iter().take_while(|time_s| **time_s <= later_s).count();
+            let later = ahead_of(next, times_s, &original, later_s);
             *signal += after * (later - original[place]);
         }
     }
@@ -134,7 +138,11 @@ fn around(times_s: &[f64], place: usize) -> (f64, f64) {
 
 /// The signal at any instant: straight between samples, held beyond them.
 fn between(times_s: &[f64], signal_n: &[f64], at_s: f64) -> f64 {
-    let next = times_s.partition_point(|time_s| *time_s <= at_s);
+    ahead_of(times_s.partition_point(|time_s| *time_s <= at_s), times_s, signal_n, at_s)
+}
+
+/// The same, given the number of the next sample.
+fn ahead_of(next: usize, times_s: &[f64], signal_n: &[f64], at_s: f64) -> f64 {
     match (next.checked_sub(1), signal_n.get(next)) {
         (Some(last), Some(value_n)) => {
             let part = (at_s - times_s[last]) / (times_s[next] - times_s[last]);

@@ -42,7 +42,7 @@ pub struct Prove {
     /// Recordings in each campaign
     #[arg(long, value_name = "N", default_value_t = conceal::FROZEN_RECORDINGS, conflicts_with_all = ["frozen", "sample"])]
     recordings: usize,
-    /// Run the frozen set: a thousand cases from a seed that ships with the tool (45 minutes on two cores)
+    /// Run the frozen set: a thousand cases from a seed that ships with the tool (two hours and a half on two cores)
     #[arg(long, conflicts_with = "sample")]
     frozen: bool,
     /// Run N cases of the frozen set, spread over every way of concealing
