@@ -1,7 +1,7 @@
 //! Balls that fell 35 m: height at 15 to 30 Hz, one drop of each (de Silva et al., doi 10.3389/frai.2020.00025).
 //!
-//! Each by itself, and all in one campaign, each its own configuration. Baseline: gravity. Masses are the authors' (a volleyball's is not given: 0.27 kg, as the rules of the game have it). A start of 1 m/s up or
-//! down is allowed, since the release is not at t = 0; the heights scatter by 0.08 to 0.14 m even where the ball is heavy, and 0.15 m is stated.
+//! Each by itself, and all in one campaign, each its own configuration. Baseline: gravity. Masses are the authors' (a volleyball's is not
+//! given: 0.27 kg, as the rules of the game have it). A start of 1 m/s up or down is allowed, since the release is not at t = 0; the heights scatter by 0.08 to 0.14 m even where the ball is heavy, and 0.15 m is stated.
 
 use std::path::Path;
 

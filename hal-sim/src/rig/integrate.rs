@@ -92,12 +92,33 @@ enum Solver<const N: usize> {
 type Verner<const N: usize> = ExplicitRungeKutta<Ordinary, Adaptive, f64, [f64; N], 6, 9, 12>;
 
 /// A method for stretches that are not stiff.
-fn verner<const N: usize>(system: &System, accuracy: Accuracy) -> Verner<N> {
-    let absolute = Tolerance::Vector(system.tolerances(accuracy.force_n)[..N].to_vec());
+fn verner<const N: usize>(accuracy: Accuracy, tolerances: &[f64; MOST_STATES]) -> Verner<N> {
+    let absolute = Tolerance::Vector(tolerances[..N].to_vec());
     ExplicitRungeKutta::rkv656e().rtol(accuracy.relative).atol(absolute).max_steps(MOST_STEPS)
 }
 
 impl<const N: usize> Solver<N> {
+    /// For the form that holds over this span; one that decays fast, as the equations say or an explicit method has found, has the implicit one.
+    fn new(
+        system: &System,
+        mode: &Mode,
+        span_s: (f64, f64),
+        state: &[f64; N],
+        accuracy: Accuracy,
+        decays: bool,
+    ) -> Self {
+        let tolerances = system.tolerances(accuracy.force_n);
+        if system.is_linear(mode) {
+            Self::Exact(Box::new(Propagator::new(system, mode, span_s, state, accuracy.relative, &tolerances)))
+        } else if decays || system.is_stiff(mode) {
+            let finer = accuracy.relative / Accuracy::default().relative;
+            let relative = (accuracy.relative, finer);
+            Self::Rodas(Box::new(Rosenbrock::new(system, mode, span_s.0, state, relative, &tolerances)))
+        } else {
+            Self::Verner(Box::new(verner(accuracy, &tolerances)))
+        }
+    }
+
     /// How many equally spaced states determine a step's interpolant.
     fn nodes(&self) -> usize {
         match self {
@@ -180,37 +201,7 @@ impl<const N: usize> ODE<f64, [f64; N]> for Form<'_> {
     }
 }
 
-/// A method for stretches that are stiff.
-fn rodas<const N: usize>(
-    system: &System,
-    mode: &Mode,
-    time_s: f64,
-    state: &[f64; N],
-    accuracy: Accuracy,
-) -> Rosenbrock<N> {
-    let finer = accuracy.relative / Accuracy::default().relative;
-    Rosenbrock::new(system, mode, time_s, state, (accuracy.relative, finer), &system.tolerances(accuracy.force_n))
-}
-
 fn by_size<const N: usize>(system: System, until_s: f64, accuracy: Accuracy) -> Result<Impact, RigError> {
-    follow(system, until_s, accuracy, |system, mode, span_s, state| {
-        if system.is_linear(mode) {
-            let tolerances = system.tolerances(accuracy.force_n);
-            Solver::Exact(Box::new(Propagator::new(system, mode, span_s, state, accuracy.relative, &tolerances)))
-        } else if system.is_stiff(mode) {
-            Solver::Rodas(Box::new(rodas(system, mode, span_s.0, state, accuracy)))
-        } else {
-            Solver::Verner(Box::new(verner::<N>(system, accuracy)))
-        }
-    })
-}
-
-fn follow<const N: usize>(
-    system: System,
-    until_s: f64,
-    accuracy: Accuracy,
-    solver_for: impl Fn(&System, &Mode, (f64, f64), &[f64; N]) -> Solver<N>,
-) -> Result<Impact, RigError> {
     let (start, mode) = system.start();
     let mut state = [0.0; N];
     state.copy_from_slice(&start[..N]);
@@ -232,7 +223,7 @@ fn follow<const N: usize>(
             pass_ramp(&system, &mut trajectory, &mut time_s, &mut state, form.mode, ramp);
         }
         let stop_s = system.next_switch_s(&form.mode).min(until_s);
-        let mut solver = solver_for(&system, &form.mode, (time_s, stop_s), &state);
+        let mut solver = Solver::new(&system, &form.mode, (time_s, stop_s), &state, accuracy, false);
         if stop_s > time_s {
             effort.evaluations += solver.init(&form, time_s, stop_s, &state).map_err(failed)?;
         }
@@ -240,7 +231,7 @@ fn follow<const N: usize>(
         let begun_steps = effort.steps;
         while event.is_none() && time_s < stop_s {
             if matches!(solver, Solver::Verner(_)) && effort.steps - begun_steps > LABOURS {
-                solver = Solver::Rodas(Box::new(rodas(&system, &form.mode, time_s, &state, accuracy)));
+                solver = Solver::new(&system, &form.mode, (time_s, stop_s), &state, accuracy, true);
             }
             let (evaluations, kept) = solver.step(&form).map_err(failed)?;
             effort.evaluations += evaluations;

@@ -68,46 +68,8 @@ pub fn held_out(problem: &Problem, baseline: &Fit, fit: &Fit) -> HeldOut {
         let part =
             |kept: bool| -> Vec<usize> { (0..count).filter(|number| (folds[*number] != fold) == kept).collect() };
         let (train, left_out) = (part(true), part(false));
-        let fitted = if train.is_empty() {
-            Some(fit.clone())
-        } else {
-            let mut start = fit.point.clone();
-            // What only the recordings left out could tell is as believed.
-            for (coordinate, value) in fit.layout.globals.iter().zip(&mut start.globals) {
-                if let Role::Mass(configuration) = coordinate.role
-                    && train.iter().all(|number| problem.recordings[*number].configuration != configuration)
-                {
-                    *value = 0.0;
-                }
-            }
-            Fit::run(problem, fit.layout.clone(), start, &train, Effort::AGAIN)
-        };
-        let fitted = fitted.and_then(|fitted| {
-            if fit.layout.entrants.is_empty() || train.is_empty() {
-                return Some(fitted);
-            }
-            let without = Fit::run(problem, baseline.layout.clone(), baseline.point.clone(), &train, Effort::AGAIN)?;
-            let asked = without.cost - fitted.cost > penalty(problem, fit);
-            Some(if asked { fitted } else { without })
-        });
-        let again = fitted.and_then(|fitted| {
-            if train.is_empty() {
-                return Some(fitted);
-            }
-            let layout = fitted.layout;
-            let known = if layout.entrants.is_empty() { baseline } else { fit };
-            let fresh = layout.start(problem);
-            let mut start = fitted.point;
-            for number in &left_out {
-                for (place, coordinate) in layout.locals.iter().enumerate() {
-                    start.locals[*number][place] = match coordinate.role {
-                        Role::Contact | Role::Offset(_) | Role::Mechanism { .. } => known.point.locals[*number][place],
-                        _ => fresh.locals[*number][place],
-                    };
-                }
-            }
-            Fit::run(problem, layout, start, &left_out, Effort::LOCAL)
-        });
+        let again =
+            if train.is_empty() { Some(fit.clone()) } else { foretold(problem, baseline, fit, &train, &left_out) };
         for number in left_out {
             let values = again.as_ref().and_then(|again| predict::raw(problem, &again.layout, &again.point, number));
             let values = values.unwrap_or_else(|| fit.model[number].clone());
@@ -118,6 +80,41 @@ pub fn held_out(problem: &Problem, baseline: &Fit, fit: &Fit) -> HeldOut {
         }
     }
     shown
+}
+
+/// A fit's model, or the baseline where these recordings do not ask for more, fitted to some recordings, with what others have for themselves; `None`
+/// where it cannot be simulated.
+fn foretold(problem: &Problem, baseline: &Fit, fit: &Fit, train: &[usize], left_out: &[usize]) -> Option<Fit> {
+    let mut start = fit.point.clone();
+    // What only the recordings left out could tell is as believed.
+    for (coordinate, value) in fit.layout.globals.iter().zip(&mut start.globals) {
+        if let Role::Mass(configuration) = coordinate.role
+            && train.iter().all(|number| problem.recordings[*number].configuration != configuration)
+        {
+            *value = 0.0;
+        }
+    }
+    let mut fitted = Fit::run(problem, fit.layout.clone(), start, train, Effort::AGAIN)?;
+    if !fit.layout.entrants.is_empty() {
+        let without = Fit::run(problem, baseline.layout.clone(), baseline.point.clone(), train, Effort::AGAIN)?;
+        let asked = without.cost - fitted.cost > penalty(problem, fit);
+        if !asked {
+            fitted = without;
+        }
+    }
+    let layout = fitted.layout;
+    let known = if layout.entrants.is_empty() { baseline } else { fit };
+    let fresh = layout.start(problem);
+    let mut start = fitted.point;
+    for number in left_out {
+        for (place, coordinate) in layout.locals.iter().enumerate() {
+            start.locals[*number][place] = match coordinate.role {
+                Role::Contact | Role::Offset(_) | Role::Mechanism { .. } => known.point.locals[*number][place],
+                _ => fresh.locals[*number][place],
+            };
+        }
+    }
+    Fit::run(problem, layout, start, left_out, Effort::LOCAL)
 }
 
 /// Root mean square of the difference.

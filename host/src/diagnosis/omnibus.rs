@@ -39,8 +39,9 @@ impl Omnibus {
 /// Tests a fit.
 #[must_use]
 pub fn omnibus(problem: &Problem, fit: &Fit, tangent: &Tangent) -> Omnibus {
-    let nothing = Omnibus { excess: 0.0, forms: 0, noise_variance: 0.0 };
-    let Some(normal) = tangent.normal(0.0) else { return nothing };
+    let Some(normal) = tangent.normal(0.0) else {
+        return Omnibus { excess: 0.0, forms: 0, noise_variance: 0.0 };
+    };
     let forms = forms(problem, fit);
     let projected: Vec<(DVector<f64>, f64)> = forms
         .iter()

@@ -35,7 +35,7 @@ use super::verdict::{SIGNIFICANT, UNLIKELY, WORTH, remains};
 
 /// The first mechanism must take more off χ² than chance does in one trial of so many; thirty mechanisms are tried, from several starts
 /// each. Of 515 campaigns with traces of the usual imperfections one had a fall rarer than that, of one in 50,000, and none of 80 of another simulator; of
-/// sixty effects of 5 ≤ d < 10 six had one between one in 10⁶ and one in 10⁴.
+/// sixty effects of 5 ≤ d < 10 four had one between one in 10⁶ and one in 10⁴.
 pub const BY_CHANCE: f64 = 3e-5;
 /// Fall of BIC that a further one must bring, or a first one with a value of its own for each impact.
 pub const ENOUGH: f64 = 20.0;
