@@ -1,7 +1,8 @@
 //! What is free in a fit: the coordinates of rig, recordings and mechanisms, each with its prior and bounds.
 //!
 //! ```text
-//! global   ln k_body  ln k_pad  ln m of each configuration  width of the converter's filter  parameters of the mechanisms
+//! global   ln k_body  ln k_pad  ln m of each configuration  width of the converter's filter  delays of further channels
+//!          parameters of the mechanisms
 //! local    contact instant  ln v  ln k of this recording  offset of each channel  parameters that each recording has for itself
 //! ```
 //!
@@ -24,6 +25,10 @@ const LEAST_SD: f64 = 1e-5;
 const CONVERTER: (f64, f64) = (0.06, 0.05);
 /// Beyond this the filter is a lag of its own (`filter-lag`).
 const WIDEST_CONVERTER: f64 = 0.2;
+/// By how many samples a further channel may be read later or sooner than the observed one: such a filter delays by 2.11·rate/(2π·corner), 0.7 to
+/// 1.7 samples, and a displacement need not have come through one.
+const DELAY_SD: f64 = 0.7;
+const LONGEST_DELAY: f64 = 3.0;
 /// Where the prior of a mechanism's parameter ends: its plausible range is this many deviations to either side.
 const PLAUSIBLE_DEVIATIONS: f64 = 1.5;
 
@@ -33,6 +38,9 @@ const LIGHTEST_PIECE_KG: f64 = 1e-3;
 /// A limit of the force below this part of the highest peak limits nothing: with most of the mass before it a ceiling of a few newtons is a
 /// damped joint.
 const LEAST_LIMIT: f64 = 0.1;
+
+/// Of a gap in a log at least this part of a sample is missing: a whole one, but for what jitters.
+const LEAST_GAP: f64 = 0.5;
 
 /// A mechanism that takes part, everywhere or in some recordings only.
 #[derive(Clone, Debug, PartialEq)]
@@ -155,6 +163,8 @@ pub enum Role {
     Speed,
     /// Half the variance of the filter before the converter, samples².
     Converter,
+    /// By how much a further channel is read later than the observed one, samples.
+    Delay(usize),
     /// ln of a recording's spring stiffness over the campaign's.
     Repeat,
     /// Offset of a channel.
@@ -327,6 +337,14 @@ impl Layout {
                 range: (0.0, WIDEST_CONVERTER),
             });
         }
+        globals.extend((1..problem.channels.len()).map(|channel| Coordinate {
+            role: Role::Delay(channel),
+            prior: Some((0.0, DELAY_SD)),
+            is_guess: false,
+            step: 0.02,
+            stride: 0.5,
+            range: (-LONGEST_DELAY, LONGEST_DELAY),
+        }));
         let mut locals = vec![Coordinate {
             role: Role::Contact,
             prior: None,
@@ -409,7 +427,8 @@ impl Layout {
             Role::Converter => CONVERTER.0,
             role => role.entrant().zip(role.place()).map_or(0.0, |(entrant, place)| {
                 let effect = &self.entrants[entrant].effect;
-                coordinate_of(&effect.mechanism().parameters[place], effect.value(place))
+                let (low, high) = coordinate.range;
+                coordinate_of(&effect.mechanism().parameters[place], effect.value(place)).clamp(low, high)
             }),
         };
         Point {
@@ -464,6 +483,12 @@ impl Layout {
         start
     }
 
+    /// A shared value at a point; `None` where it is no coordinate.
+    #[must_use]
+    pub fn global(&self, point: &Point, role: Role) -> Option<f64> {
+        self.globals.iter().position(|coordinate| coordinate.role == role).map(|place| point.globals[place])
+    }
+
     /// A recording's own value at a point; `None` where it is no coordinate.
     #[must_use]
     pub fn local(&self, point: &Point, recording: usize, role: Role) -> Option<f64> {
@@ -496,8 +521,10 @@ impl Layout {
         let mut stated = point.clone();
         stated.globals[..self.of_rig].fill(0.0);
         for (coordinate, value) in self.globals.iter().zip(&mut stated.globals) {
-            if coordinate.role == Role::Converter {
-                *value = CONVERTER.0;
+            match coordinate.role {
+                Role::Converter => *value = CONVERTER.0,
+                Role::Delay(_) => *value = 0.0,
+                _ => (),
             }
         }
         for local in &mut stated.locals {
@@ -556,7 +583,7 @@ impl Layout {
     #[must_use]
     pub fn is_seen_only(&self, role: Role) -> bool {
         match role {
-            Role::Converter => true,
+            Role::Converter | Role::Delay(_) => true,
             role => role.entrant().is_some_and(|entrant| self.entrants[entrant].effect.mechanism().is_seen_only()),
         }
     }
@@ -593,6 +620,11 @@ fn repeating_part(rig: &Rig) -> f64 {
     body.value.hypot(pad.value) / (body.value + pad.value)
 }
 
+/// The shortest time between two samples of a converter, s.
+fn shortest_s(problem: &Problem) -> f64 {
+    problem.recordings.iter().map(|recording| recording.sample_s).fold(f64::INFINITY, f64::min)
+}
+
 /// The highest peak force, N.
 fn highest_n(problem: &Problem) -> f64 {
     (0..problem.recordings.len()).map(|number| problem.peak_n(number)).fold(0.0, f64::max)
@@ -612,7 +644,10 @@ fn mechanism_coordinate(problem: &Problem, mechanism: &'static Mechanism, entran
         Scale::Logarithmic => {
             // Beyond a hundredth of anything likely it is nothing. And what limits the force limits it where it is high.
             let limits = parameter.search == Search::OfPeak && !shape;
-            let least = if limits {
+            let is_gap = mechanism.id == "lost-samples" && !shape;
+            let least = if is_gap {
+                LEAST_GAP * shortest_s(problem)
+            } else if limits {
                 LEAST_LIMIT * highest_n(problem)
             } else if is_piece {
                 LIGHTEST_PIECE_KG

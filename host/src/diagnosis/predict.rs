@@ -19,8 +19,9 @@ pub const ACCURACY: Accuracy = Accuracy { relative: 1e-7, force_n: 1e-5 };
 pub fn strike(problem: &Problem, layout: &Layout, point: &Point, recording: usize) -> Result<Impact, RigError> {
     let prepared = &problem.recordings[recording];
     let contact_s = layout.contact_s(point, recording);
-    // A shifted instant of contact is read from the same motion: it must be long enough.
-    let until_s = prepared.times_s[prepared.times_s.len() - 1] - contact_s + 1e-3;
+    // A shifted instant of contact is read from the same motion: it must be long enough. So must it be for a channel that is read sooner.
+    let sooner_s = (0..problem.channels.len()).map(|channel| -later_s(layout, point, prepared, channel));
+    let until_s = prepared.times_s[prepared.times_s.len() - 1] - contact_s + 1e-3 + sooner_s.fold(0.0, f64::max);
     strike_until(problem, layout, point, recording, until_s)
 }
 
@@ -103,6 +104,10 @@ pub fn read(
     let bends = if shown_s.len() > since_s.len() { Cow::Owned(bends(&shown_s)) } else { (&prepared.bends).into() };
     let mut values = Vec::with_capacity(prepared.rows() + shown_s.len() - since_s.len());
     for (number, channel) in problem.channels.iter().enumerate() {
+        let shown_s: Cow<[f64]> = match later_s(layout, point, prepared, number) {
+            0.0 => Cow::Borrowed(&shown_s),
+            later_s => shown_s.iter().map(|since_s| since_s - later_s).collect(),
+        };
         let from = values.len();
         values.resize(from + shown_s.len(), 0.0);
         let series = &mut values[from..];
@@ -200,8 +205,12 @@ fn in_newtons(channel: &ChannelModel, series: &mut [f64], apply: impl FnOnce(&mu
 
 /// Half the variance of what the filter before the converter averages over, s².
 fn converter_s2(layout: &Layout, point: &Point, prepared: &Prepared) -> f64 {
-    let place = layout.globals.iter().position(|coordinate| coordinate.role == Role::Converter);
-    place.map_or(0.0, |place| point.globals[place]) * prepared.sample_s.powi(2)
+    layout.global(point, Role::Converter).unwrap_or(0.0) * prepared.sample_s.powi(2)
+}
+
+/// How much later than the observed channel another one is read, s.
+fn later_s(layout: &Layout, point: &Point, prepared: &Prepared, channel: usize) -> f64 {
+    layout.global(point, Role::Delay(channel)).unwrap_or(0.0) * prepared.sample_s
 }
 
 /// Weights of the slopes before and after each instant in the second difference there.

@@ -47,6 +47,13 @@ const HOPELESS: f64 = 0.3;
 const LEAST_NOISE: f64 = 0.8;
 /// And a further one this part of what the model has gained so far: a rest that is worth a word is worth a name.
 const FURTHER: f64 = WORTH;
+/// What lasts and acts everywhere needs to bring only this where no rest asks for it, and this part of what the model has gained, where it leaves
+/// nothing of the rest. Of 120 single effects of two simulators no such mechanism had brought more than 24 unasked; where one left a rest, a
+/// second that left nothing of it had brought 5 % of the first's gain or more. Of 39 pairs three were mended by it, and one has a wrong second name.
+const STEADY: f64 = 50.0;
+const SOLVED: f64 = 0.002;
+/// Nothing is left of a rest below this, in standard deviations.
+const NOTHING: f64 = 3.0;
 /// Rivals within this of the best in BIC cannot be told apart. A parameter more that the recordings do not show costs ln N, 9 to 11.
 pub const WITHIN_REACH: f64 = 12.0;
 /// A baseline that is this much worse than it could be has not converged.
@@ -494,7 +501,8 @@ impl Selecting<'_> {
             let enough = if asks { ENOUGH } else { UNASKED } + FURTHER * self.gained(&here.trial);
             // Where little is left a tangent is to be believed, unless it promises more than there is.
             let left = here.trial.fit.cost - LEAST_NOISE * self.problem.rows() as f64;
-            let promises = |score: &Screened| score.z.powi(2) > HOPELESS * enough && score.z.powi(2) < left;
+            let hopeless = (HOPELESS * enough).min(STEADY);
+            let promises = |score: &Screened| score.z.powi(2) > hopeless && score.z.powi(2) < left;
             let last = number + 1 == self.most;
             if (!asks || last) && !scores.iter().any(promises) {
                 break;
@@ -504,7 +512,7 @@ impl Selecting<'_> {
             let trials = refit(self.problem, &here.trial.fit, &scores, here.rest, breadth, self.part, wanted);
             let is_enough = |trial: &&Trial| match number {
                 0 => is_no_chance(self.problem, &here.trial, trial),
-                _ => here.trial.bic - trial.bic >= enough,
+                _ => here.trial.bic - trial.bic >= enough || self.solves(&here, trial),
             };
             let worthy = trials.iter().filter(is_enough);
             let Some(next) = worthy.min_by(|a, b| self.burden(a).total_cmp(&self.burden(b))) else {
@@ -673,9 +681,23 @@ impl Selecting<'_> {
         better.unwrap_or(trial)
     }
 
+    /// Whether one more mechanism, which lasts and acts everywhere, leaves nothing of what a model leaves, and brings more than chance does.
+    fn solves(&self, here: &Standing, larger: &Trial) -> bool {
+        let enough = if here.asks() { ENOUGH } else { STEADY } + SOLVED * self.gained(&here.trial);
+        here.trial.bic - larger.bic >= enough
+            && is_steady(added(&larger.fit))
+            && larger.coincidences.is_empty()
+            && larger.fit.tangent(self.problem, self.part).is_some_and(|tangent| {
+                let rest = omnibus(self.problem, &larger.fit, &tangent);
+                leaves_nothing(rest, oddity(self.problem, &larger.fit))
+            })
+    }
+
     /// The model with only those of its mechanisms that are needed beside the others.
     fn needed(&self, mut here: Standing) -> Option<Standing> {
-        let enough = ENOUGH + FURTHER * self.gained(&here.trial);
+        let is_solved = here.entrants().iter().all(is_steady) && leaves_nothing(here.rest, here.oddity);
+        let part = if is_solved { SOLVED } else { FURTHER };
+        let enough = ENOUGH + part * self.gained(&here.trial);
         while here.mechanisms() > 1 {
             let smaller = here.fewer.iter().flatten().min_by(|a, b| a.bic.total_cmp(&b.bic));
             match smaller {
@@ -687,6 +709,16 @@ impl Selecting<'_> {
         }
         Some(here)
     }
+}
+
+/// Whether a mechanism lasts, acts everywhere and is the same in all recordings.
+fn is_steady(entrant: &Entrant) -> bool {
+    entrant.scope == Scope::Everywhere && !entrant.is_loose()
+}
+
+/// Whether no place and not all places together have more than noise left.
+fn leaves_nothing(rest: Omnibus, oddity: Oddity) -> bool {
+    rest.z() < NOTHING && oddity.p_value > UNLIKELY
 }
 
 /// Whether of two mechanisms at one site one has all parameters of the other, and more: it is more general.
