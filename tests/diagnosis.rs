@@ -681,6 +681,11 @@ fn another_channel_may_be_read_a_sample_later() {
             later(&folder.path().join(format!("{name}/recordings/00{recording}.csv")));
         }
         assert_eq!(names(&folder, &[&[name], &few[..]].concat()), named, "{name}");
+        let page = succeeds(&folder, &[&["diagnose", name], &few[..]].concat())
+            .split_whitespace()
+            .collect::<Vec<_>>()
+            .join(" ");
+        assert!(page.contains("`displacement_m` is read 0.5 ms later than `force_N`"), "{page}");
     }
 }
 

@@ -189,6 +189,7 @@ pub fn diagnose(
     let seen = Layout { offsets_as_seen: true, ..baseline.layout.clone() };
     let located =
         Fit::run(&problem, seen, baseline.point.clone(), &all, Effort::AGAIN).unwrap_or_else(|| baseline.clone());
+    notes.extend(retuned::delays(&problem, &selection));
     let map =
         verdict::remains(&selection).then(|| rest::map(&problem, &selection.best.fit, &selection.tangent)).flatten();
     progress("recordings left out");

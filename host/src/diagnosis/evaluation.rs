@@ -180,10 +180,10 @@ fn entrants(model: &Model, problem: &Problem, notes: &mut Vec<Note>) -> Vec<Entr
         .collect()
 }
 
-/// Only masses and what each recording has for itself.
+/// Only masses, delays between channels and what each recording has for itself.
 fn frozen(mut layout: Layout) -> Layout {
-    layout.globals.retain(|coordinate| matches!(coordinate.role, Role::Mass(_)));
-    layout.of_rig = layout.globals.len();
+    layout.globals.retain(|coordinate| matches!(coordinate.role, Role::Mass(_) | Role::Delay(_)));
+    layout.of_rig = layout.globals.iter().filter(|coordinate| matches!(coordinate.role, Role::Mass(_))).count();
     layout
 }
 

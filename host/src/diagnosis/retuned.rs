@@ -1,14 +1,20 @@
 //! What re-tuning made of the experimenter's beliefs: the rig's stiffnesses and the configurations' masses as stated, in the re-tuned
 //! baseline, and in the chosen model. The difference of the last two is what the baseline misread to hide what was left out.
 
-use super::Diagnosis;
 use super::answer::Value;
 use super::fit::{Fit, Tangent};
-use super::layout::Role;
+use super::layout::{Coordinate, Role};
+use super::problem::Problem;
+use super::select::Selection;
+use super::{Diagnosis, Note, words};
 use crate::campaign::Estimate;
 
 /// Two-sided 95 % of a normal distribution.
 const DEVIATIONS_95: f64 = 1.959_964;
+
+/// A channel's delay is worth a word from so many samples on, and from so many of its deviations.
+const LEAST_DELAY: f64 = 0.05;
+const DELAYED: f64 = 5.0;
 
 /// One belief.
 #[derive(Clone, Debug, PartialEq)]
@@ -111,6 +117,29 @@ pub fn retuned(diagnosis: &Diagnosis) -> Vec<Retuned> {
             })
         })
         .collect()
+}
+
+/// A note on each further channel that is read at other instants than the observed one, as far as the recordings tell.
+#[must_use]
+pub fn delays(problem: &Problem, selection: &Selection) -> Vec<Note> {
+    let fit = &selection.best.fit;
+    let told = |(place, coordinate): (usize, &Coordinate)| {
+        let Role::Delay(channel) = coordinate.role else { return None };
+        let (samples, sd) = (fit.point.globals[place], selection.deviations.as_ref()?[place]);
+        let sample_ms = 1e3 * problem.recordings[0].sample_s;
+        (samples.abs() > LEAST_DELAY.max(DELAYED * sd)).then(|| {
+            Note::general(&format!(
+                "`{}` is read {} ms {} than `{}` ({} samples): one of the two has come through a filter that the other has not, or through another \
+                 instrument; the diagnosis has allowed for it",
+                problem.channels[channel].column,
+                words::short(samples.abs() * sample_ms),
+                if samples > 0.0 { "later" } else { "sooner" },
+                problem.channels[0].column,
+                words::short(samples.abs()),
+            ))
+        })
+    };
+    fit.layout.globals.iter().enumerate().filter_map(told).collect()
 }
 
 /// Ratios of the rig's global coordinates to what is stated, with posterior deviations.
