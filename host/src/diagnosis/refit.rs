@@ -480,7 +480,9 @@ fn promising<'a>(base: &Fit, scores: &'a [Screened], breadth: Breadth) -> Vec<&'
     };
     let mut order: Vec<&Screened> =
         scores.iter().filter(|score| score.z >= breadth.least_score || relieves(score)).collect();
-    order.sort_by(|a, b| b.z.total_cmp(&a.z));
+    // Who promises more than there is comes after all who do not.
+    let too_much = |score: &Screened| score.z.powi(2) >= base.cost;
+    order.sort_by(|a, b| too_much(a).cmp(&too_much(b)).then(b.z.total_cmp(&a.z)));
     let id = |score: &Screened| kind(&score.entrant).0;
     let acts = |score: &Screened| kind(&score.entrant).1;
     let everywhere = |score: &Screened| acts(score) == Acts::Everywhere;
