@@ -254,6 +254,10 @@ fn separation(
     // A long hold is thinned: what it shows is slow.
     let step_s = step_s.max((contact_s + after_s) / 3000.0);
     let times_s: Vec<f64> = (0..((contact_s + after_s) / step_s) as usize).map(|place| place as f64 * step_s).collect();
+    // A recorder that takes no second sample within the hit shows nothing of it.
+    if times_s.len() < 2 {
+        return None;
+    }
     let blank = |series: Vec<Vec<f64>>| Problem {
         rig: problem.rig.clone(),
         channels: problem.channels.clone(),

@@ -3,7 +3,7 @@
 //! A shape that is a place on the way (a stroke, a force, a time) is sought where the recordings have been: at parts of the strokes,
 //! forces and contact times that the fit so far has. The strength is not gridded: one signature tells it to first order.
 
-use thud_sim::mechanism::{Effect, Mechanism, Scale, Search};
+use thud_sim::mechanism::{Effect, Mechanism, Parameter, Scale, Search};
 
 use super::problem::Problem;
 use super::repeats::{Repeat, repeats};
@@ -72,10 +72,7 @@ impl Reach {
     /// The mechanism at every start of its grid, in each of its forms.
     #[must_use]
     pub fn starts(&self, mechanism: &'static Mechanism) -> Vec<Effect> {
-        let (forms, others): (Vec<usize>, Vec<usize>) =
-            (0..mechanism.parameters.len()).partition(|place| mechanism.parameters[*place].is_form());
-        let grid = |starts: Vec<Effect>, place: usize| self.along(mechanism, starts, place);
-        let mut starts = others.into_iter().fold(vec![mechanism.typical()], grid);
+        let mut starts = self.on_grid(mechanism, vec![mechanism.typical()], |parameter| !parameter.is_form());
         while starts.len() > MOST_STARTS {
             // By the golden section and not one in two, which would take one value of two away for good.
             let mut place = 0.0;
@@ -84,7 +81,24 @@ impl Reach {
                 place < 0.5
             });
         }
-        forms.into_iter().fold(starts, grid)
+        self.on_grid(mechanism, starts, Parameter::is_form)
+    }
+
+    /// An effect in each of its mechanism's forms, with the values that it has.
+    #[must_use]
+    pub fn forms(&self, effect: Effect) -> Vec<Effect> {
+        self.on_grid(effect.mechanism(), vec![effect], Parameter::is_form)
+    }
+
+    /// Each start at every value of the grid over some parameters.
+    fn on_grid(
+        &self,
+        mechanism: &'static Mechanism,
+        starts: Vec<Effect>,
+        of: impl Fn(&Parameter) -> bool,
+    ) -> Vec<Effect> {
+        let places = (0..mechanism.parameters.len()).filter(|place| of(&mechanism.parameters[*place]));
+        places.fold(starts, |starts, place| self.along(mechanism, starts, place))
     }
 
     /// Each start with every value at which this parameter's search begins.

@@ -133,14 +133,14 @@ pub fn evaluate(model: &Model, loaded: &Loaded) -> Result<Evaluation, DiagnosisE
         .map(|&number| {
             let recording = &problem.recordings[number];
             let speed = fit.layout.local(&fit.point, number, Role::Speed).unwrap_or(0.0);
-            let mass = fit.layout.globals.iter().position(|c| c.role == Role::Mass(recording.configuration));
+            let mass = fit.layout.global(&fit.point, Role::Mass(recording.configuration)).unwrap_or(0.0);
             Evaluated {
                 file: recording.file.clone(),
                 rmse: each[number],
                 noise_ratio: each[number] / recording.raw.quiet_rms.unwrap_or(noise),
                 contact_s: fit.layout.contact_s(&fit.point, number),
                 impact_speed_m_per_s: recording.speed.value + recording.speed_scale() * speed,
-                effective_mass_kg: recording.mass.value * mass.map_or(1.0, |place| fit.point.globals[place].exp()),
+                effective_mass_kg: recording.mass.value * mass.exp(),
             }
         })
         .collect();

@@ -94,6 +94,12 @@ impl Entrant {
             || self.effect.mechanism().parameters.iter().any(Parameter::is_of_each_impact)
     }
 
+    /// Whether it acts in every recording, in each as in the others.
+    #[must_use]
+    pub fn is_alike_everywhere(&self) -> bool {
+        self.scope == Scope::Everywhere && !self.is_loose()
+    }
+
     /// Whether both have the same form of their mechanism, if it has several.
     #[must_use]
     pub fn has_form_of(&self, other: &Self) -> bool {
@@ -654,7 +660,8 @@ fn mechanism_coordinate(problem: &Problem, mechanism: &'static Mechanism, entran
             } else {
                 0.0
             };
-            let low = low.max(likely_low * 1e-2).max(least).ln();
+            // (A whole sample of a slow recorder may be longer than any gap.)
+            let low = low.max(likely_low * 1e-2).max(least).min(high).ln();
             let middle = 0.5 * (likely_low.ln() + likely_high.ln());
             let sd = (likely_high / likely_low).ln() / 2.0 / PLAUSIBLE_DEVIATIONS;
             ((low, high.ln()), shape.then_some((middle, sd)), 0.7)

@@ -19,7 +19,7 @@ use thud_sim::mechanism::{Effect, Mechanism, Scale, Search};
 use super::candidate::Reach;
 use super::fit::{Effort, Fit, Part};
 use super::instants::each_its_own;
-use super::layout::{Entrant, Layout, Role, Scope};
+use super::layout::{Entrant, Role, Scope};
 use super::omnibus::Omnibus;
 use super::problem::Problem;
 use super::screen::{Screened, scale_strength};
@@ -217,8 +217,8 @@ pub fn anew(
 }
 
 /// Pairs of a mechanism, in each of its forms, with each that it is confused with, from every likely strength, all else as stated, in
-/// stretches, as long as each may still come near the best. Two that take from each other meet in no other way: beside the one that came first, which has taken the
-/// other's part, that promises nothing, or has the wrong sign. Above the cost `wanted` nothing matters.
+/// stretches, as long as each may still come near the best. Two that take from each other meet in no other way: beside the one that came
+/// first, which has taken the other's part, that promises nothing, or has the wrong sign. Above the cost `wanted` nothing matters.
 #[must_use]
 pub fn together(
     problem: &Problem,
@@ -229,49 +229,25 @@ pub fn together(
     wanted: f64,
 ) -> Vec<Trial> {
     let reach = Reach::of(problem, Vec::new());
-    // In another form than it has taken by itself it may be another one's partner.
-    let alone: Vec<Layout> = forms(first).map(|first| base.layout.with(problem, first)).collect();
-    let begun = |mechanism: &&'static Mechanism| {
-        let starts = reach.starts(mechanism);
-        let pairs: Vec<(&Layout, &Effect)> =
-            alone.iter().flat_map(|alone| starts.iter().map(move |start| (alone, start))).collect();
-        let fits = pairs.into_par_iter().filter_map(|(alone, effect)| {
-            let layout = alone.with(problem, Entrant::everywhere(effect.clone()));
+    // In another form than it has taken by itself it may be another one's partner: some of each, what begins with the least need not end there.
+    let forms = reach.forms(first.effect.clone());
+    let most = TOGETHER.div_ceil(forms.len());
+    let begun = |mechanism: &'static Mechanism, form: &Effect| {
+        let alone = base.layout.with(problem, Entrant { effect: form.clone(), ..first.clone() });
+        let fits = reach.starts(mechanism).into_par_iter().filter_map(|effect| {
+            let layout = alone.with(problem, Entrant::everywhere(effect));
             let start = layout.as_stated(&layout.start_from(problem, &base.layout, &base.point));
             Fit::touching(problem, layout, start, part)
         });
         let mut fits: Vec<Fit> = fits.collect();
         fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        // Some of each form: what begins with the least need not end there.
-        let most = TOGETHER.div_ceil(alone.len());
-        let mut taken: Vec<Fit> = Vec::new();
-        for fit in fits {
-            let first = |fit: &Fit| fit.layout.entrants[0].clone();
-            if taken.iter().filter(|other| first(other).has_form_of(&first(&fit))).count() < most {
-                taken.push(fit);
-            }
-        }
-        taken
+        fits.truncate(most);
+        fits
     };
     let confused = mechanisms.iter().filter(|mechanism| mechanism.is_confused_with(first.effect.mechanism()));
+    let pairs = confused.flat_map(|mechanism| forms.iter().flat_map(|form| begun(mechanism, form)));
     let candidate = |fit: Fit| Candidate { fit, promised: 0.0, to_beat: f64::INFINITY };
-    followed(problem, base, confused.flat_map(begun).map(candidate).collect(), part, wanted)
-}
-
-/// A mechanism in each of its forms, with the values that it has.
-fn forms(entrant: &Entrant) -> impl Iterator<Item = Entrant> {
-    let parameters = entrant.effect.mechanism().parameters.iter().enumerate();
-    let forms = parameters.fold(vec![entrant.effect.clone()], |effects, (place, parameter)| match parameter.search {
-        Search::Form(values) => {
-            let with = |(effect, value): (&Effect, &f64)| {
-                let mut effect = effect.clone();
-                effect.set_value(place, *value).ok().map(|()| effect)
-            };
-            effects.iter().flat_map(|effect| values.iter().filter_map(move |value| with((effect, value)))).collect()
-        }
-        _ => effects,
-    });
-    forms.into_iter().map(|effect| Entrant { effect, ..entrant.clone() })
+    followed(problem, base, pairs.map(candidate).collect(), part, wanted)
 }
 
 /// Chooses among starts, given in the order of what they promise: the most promising and what the simulation makes most of, in turn.

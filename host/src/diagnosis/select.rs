@@ -47,10 +47,10 @@ const HOPELESS: f64 = 0.3;
 const LEAST_NOISE: f64 = 0.8;
 /// And a further one this part of what the model has gained so far: a rest that is worth a word is worth a name.
 const FURTHER: f64 = WORTH;
-/// What lasts and acts everywhere needs to bring only this where no rest asks for it, and this part of what the model has gained, where it leaves
-/// nothing of the rest. Of 120 single effects of two simulators no such mechanism had brought more than 24 unasked; where one left a rest, a
-/// second that left nothing of it had brought 5 % of the first's gain or more. Of 39 pairs three were mended by it, and one has a wrong second name.
-const STEADY: f64 = 50.0;
+/// What is alike everywhere and leaves nothing needs to bring only this where no rest asks for it, and this part of what the model has gained.
+/// Of 120 single effects of two simulators no such mechanism had brought more than 24 unasked; where a rest asked for one, a second that left
+/// nothing of it had brought 4.8 % of the first's gain or more. Of 39 pairs it mended two, and gave one a wrong second name.
+const ALIKE: f64 = 50.0;
 const SOLVED: f64 = 0.002;
 /// Nothing is left of a rest below this, in standard deviations.
 const NOTHING: f64 = 3.0;
@@ -501,7 +501,7 @@ impl Selecting<'_> {
             let enough = if asks { ENOUGH } else { UNASKED } + FURTHER * self.gained(&here.trial);
             // Where little is left a tangent is to be believed, unless it promises more than there is.
             let left = here.trial.fit.cost - LEAST_NOISE * self.problem.rows() as f64;
-            let hopeless = (HOPELESS * enough).min(STEADY);
+            let hopeless = (HOPELESS * enough).min(ALIKE);
             let promises = |score: &Screened| score.z.powi(2) > hopeless && score.z.powi(2) < left;
             let last = number + 1 == self.most;
             if (!asks || last) && !scores.iter().any(promises) {
@@ -681,21 +681,22 @@ impl Selecting<'_> {
         better.unwrap_or(trial)
     }
 
-    /// Whether one more mechanism, which lasts and acts everywhere, leaves nothing of what a model leaves, and brings more than chance does.
+    /// Whether one more mechanism, alike everywhere, leaves nothing of what a model leaves, and brings more than chance does.
     fn solves(&self, here: &Standing, larger: &Trial) -> bool {
-        let enough = if here.asks() { ENOUGH } else { STEADY } + SOLVED * self.gained(&here.trial);
+        let enough = if here.asks() { ENOUGH } else { ALIKE } + SOLVED * self.gained(&here.trial);
         here.trial.bic - larger.bic >= enough
-            && is_steady(added(&larger.fit))
+            && added(&larger.fit).is_alike_everywhere()
             && larger.coincidences.is_empty()
             && larger.fit.tangent(self.problem, self.part).is_some_and(|tangent| {
                 let rest = omnibus(self.problem, &larger.fit, &tangent);
-                leaves_nothing(rest, oddity(self.problem, &larger.fit))
+                is_but_noise(rest, oddity(self.problem, &larger.fit))
             })
     }
 
     /// The model with only those of its mechanisms that are needed beside the others.
     fn needed(&self, mut here: Standing) -> Option<Standing> {
-        let is_solved = here.entrants().iter().all(is_steady) && leaves_nothing(here.rest, here.oddity);
+        let is_solved =
+            here.entrants().iter().all(Entrant::is_alike_everywhere) && is_but_noise(here.rest, here.oddity);
         let part = if is_solved { SOLVED } else { FURTHER };
         let enough = ENOUGH + part * self.gained(&here.trial);
         while here.mechanisms() > 1 {
@@ -711,13 +712,8 @@ impl Selecting<'_> {
     }
 }
 
-/// Whether a mechanism lasts, acts everywhere and is the same in all recordings.
-fn is_steady(entrant: &Entrant) -> bool {
-    entrant.scope == Scope::Everywhere && !entrant.is_loose()
-}
-
 /// Whether no place and not all places together have more than noise left.
-fn leaves_nothing(rest: Omnibus, oddity: Oddity) -> bool {
+fn is_but_noise(rest: Omnibus, oddity: Oddity) -> bool {
     rest.z() < NOTHING && oddity.p_value > UNLIKELY
 }
 

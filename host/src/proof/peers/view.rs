@@ -13,7 +13,7 @@ use thud_sim::rig::Quantity;
 use crate::campaign;
 use crate::diagnosis::fit::{Effort, Fit};
 use crate::diagnosis::held_out::{folds, held_out};
-use crate::diagnosis::layout::{Layout, Point, Role};
+use crate::diagnosis::layout::{Layout, Role};
 use crate::diagnosis::problem::Problem;
 use crate::diagnosis::select::{Trial, select};
 use crate::diagnosis::{Options, predict};
@@ -149,12 +149,8 @@ fn alone(problem: &Problem, baseline: &Fit, mechanism: &'static Mechanism) -> Op
 /// One recording. None where its motion cannot be followed.
 fn seen(problem: &Problem, baseline: &Fit, number: usize, fold: usize, held_out: &[f64]) -> Option<Seen> {
     let recording = &problem.recordings[number];
-    let Point { globals, locals } = &baseline.point;
-    let value = |wanted: Role| {
-        let global = baseline.layout.globals.iter().position(|coordinate| coordinate.role == wanted);
-        let local = baseline.layout.locals.iter().position(|coordinate| coordinate.role == wanted);
-        global.map(|place| globals[place]).or_else(|| local.map(|place| locals[number][place]))
-    };
+    let Fit { layout, point, .. } = baseline;
+    let value = |wanted: Role| layout.global(point, wanted).or_else(|| layout.local(point, number, wanted));
     let contact_s = value(Role::Contact).unwrap_or(recording.contact_guess_s);
     let since_s: Vec<f64> = recording.raw.times_s.iter().map(|time| time - contact_s).collect();
     let impact = predict::strike(problem, &baseline.layout, &baseline.point, number).ok()?;
