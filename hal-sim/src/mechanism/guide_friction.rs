@@ -99,7 +99,7 @@ impl Rubbing {
         assembly.guide.stands_on_cell(self.cell_share);
         assembly.guide.rest_share = self.rest_share;
         if guide > 0.5 {
-            (assembly.guide.presliding_m, assembly.guide.creep_m_per_s) = (presliding_m, creep_m_per_s);
+            assembly.guide.stands_on_bristles(presliding_m, creep_m_per_s);
         }
     }
 }

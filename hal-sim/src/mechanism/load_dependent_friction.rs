@@ -4,9 +4,11 @@
 //! e·P/L at both ends, so that μ_g = 2·μ·e/L. Whether the cell sees the friction depends on what the guide stands on, as with
 //! any friction of the guide: on the cell it reads P, beside it what friction leaves of P.
 //!
+//! The guide holds rigidly or on bristles, as with any friction (`guide_friction.rs`): with y their bend by `presliding_m`, F_f = coefficient·P·y.
+//!
 //! Source: balance of moments on the guided piece.
 
-use super::guide_friction::CELL_SHARE;
+use super::guide_friction::{CELL_SHARE, CREEP, PRESLIDING};
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::Assembly;
 
@@ -33,6 +35,13 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         },
         // The loop that the cell sees turns round with it.
         Parameter { search: Search::OneOf(&[0.0, 1.0]), ..CELL_SHARE },
+        Parameter {
+            name: "bristles",
+            meaning: "how the guide holds: 0 rigidly, 1 on bristles that bend before they slide",
+            ..Parameter::EITHER
+        },
+        PRESLIDING,
+        CREEP,
     ],
     signature: "a wedge-shaped loop of force over stroke: its width grows with the force",
     confused_with: &["hunt-crossley-damping", "guide-friction", "pad-relaxation"],
@@ -43,6 +52,9 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 fn enter(effect: &Effect, assembly: &mut Assembly) {
     assembly.guide.load_coefficient += effect.value(0);
     assembly.guide.stands_on_cell(effect.value(1));
+    if effect.value(2) > 0.5 {
+        assembly.guide.stands_on_bristles(effect.value(3), effect.value(4));
+    }
 }
 
 #[cfg(test)]
@@ -58,6 +70,18 @@ mod tests {
             let impact = strike(Rig::impact(25e3), 0.25, 6.0, &[&effect]);
             let contact_n = impact.value(Quantity::ContactForce, 0.01);
             near("on the way in", impact.force_n(0.01), part * contact_n, 1e-9 * contact_n);
+        }
+    }
+
+    /// Dahl's solid: y = 1 − e^(−x/z) on the way in.
+    #[test]
+    fn bristles_bend_before_they_rub() {
+        let effect = "load-dependent-friction:coefficient=0.1,bristles=1,presliding_m=1e-3,creep_m_per_s=1e-6";
+        let impact = strike(Rig::impact(25e3), 0.25, 6.0, &[effect]);
+        for time_s in [1e-3, 4e-3, 1e-2] {
+            let contact_n = impact.value(Quantity::ContactForce, time_s);
+            let bend = 1.0 - (-impact.value(Quantity::Stroke, time_s) / 1e-3).exp();
+            near("friction", contact_n - impact.force_n(time_s), 0.1 * bend * contact_n, 1e-3 * contact_n);
         }
     }
 }

@@ -272,6 +272,14 @@ impl Guide {
         self.cell_share = self.cell_share.max(share);
     }
 
+    /// It holds on bristles that bend so far before they slide, m, and forget below such a speed, m/s. It is one guide whatever rubs in it:
+    /// of two that say it the softer bristles hold.
+    pub fn stands_on_bristles(&mut self, presliding_m: f64, creep_m_per_s: f64) {
+        if presliding_m > self.presliding_m {
+            (self.presliding_m, self.creep_m_per_s) = (presliding_m, creep_m_per_s);
+        }
+    }
+
     /// Whether there is any friction.
     #[must_use]
     pub fn rubs(&self) -> bool {

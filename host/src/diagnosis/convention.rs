@@ -21,8 +21,14 @@ use thud_sim::rig::Quantity;
 use super::problem::{contact_time_s, median};
 use crate::campaign::{Loaded, Observed, RigKind};
 
-/// Of the stated speed: what moves faster than this before contact, comes.
-const COMES: f64 = 0.5;
+/// Of the stated speed: what moves faster than this beside contact, comes or goes.
+const MOVES: f64 = 0.5;
+/// A contact begins half of its duration before its peak and ends as long after it; masses, springs and losses move that by less than another
+/// tenth, of which a gauge at rest would still show no half of the speed.
+const BESIDE_PEAK: f64 = 0.6;
+/// The part of a contact's duration, and the fewest samples, over which it is seen to move.
+const SHORTLY: f64 = 0.25;
+const FEWEST: usize = 16;
 
 /// What of the motion a column shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,23 +58,27 @@ pub(super) fn convention(loaded: &Loaded, column: &str) -> Convention {
 
 fn displacement(loaded: &Loaded) -> Quantity {
     let campaign = &loaded.campaign;
-    let mut slopes = Vec::new();
-    let mut heights = Vec::new();
+    let (mut comes, mut goes, mut heights) = (Vec::new(), Vec::new(), Vec::new());
     for (entry, recording) in campaign.recordings.iter().zip(&loaded.recordings) {
         let Some(values) = recording.channel(Observed::Displacement.column()) else { continue };
         let times_s = recording.times_s();
         let speed = entry.impact_speed_m_per_s.value;
         let Some(farthest) = (0..values.len()).max_by(|a, b| values[*a].total_cmp(&values[*b])) else { continue };
-        // From the beginning to half a contact before contact.
         let contact_time_s = contact_time_s(&campaign.rig, entry.effective_mass_kg.value);
-        let end = times_s.partition_point(|time| *time < times_s[farthest] - contact_time_s);
-        if let Some(slope) = slope(&times_s[..end], &values[..end]) {
-            slopes.push(slope / speed);
-        }
-        let rest = median(values[..end.max(1)].to_vec()).unwrap_or(0.0);
+        let until = |time_s: f64| times_s.partition_point(|time| *time < time_s);
+        let met = until(times_s[farthest] - BESIDE_PEAK * contact_time_s);
+        let left = until(times_s[farthest] + BESIDE_PEAK * contact_time_s);
+        // What is pushed on may be at its farthest long after it has met the rig.
+        let begun = until(times_s[0] + SHORTLY * contact_time_s).max(FEWEST).min(met);
+        let gone =
+            until(times_s[farthest] + (BESIDE_PEAK + SHORTLY) * contact_time_s).max(left + FEWEST).min(values.len());
+        comes.extend(slope(&times_s[..begun], &values[..begun]).map(|slope| slope / speed));
+        goes.extend(slope(&times_s[left.min(gone)..gone], &values[left.min(gone)..gone]).map(|slope| -slope / speed));
+        let rest = median(values[..met.max(1)].to_vec()).unwrap_or(0.0);
         heights.push((values[farthest] - rest) / (speed * contact_time_s / PI));
     }
-    if median(slopes).is_some_and(|slope| slope > COMES) {
+    // Recordings that begin at contact show it only as it goes.
+    if median(comes).or_else(|| median(goes)).is_some_and(|slope| slope > MOVES) {
         return Quantity::Position;
     }
     let rig = crate::model::simulated(&campaign.rig);
@@ -150,4 +160,66 @@ fn slope(times_s: &[f64], values: &[f64]) -> Option<f64> {
     let along: f64 = times_s.iter().zip(values).map(|(t, v)| (t - time) * (v - value)).sum();
     let square: f64 = times_s.iter().map(|t| (t - time).powi(2)).sum();
     Some(along / square)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::Campaign;
+    use crate::recording::{Channel, Recording};
+
+    /// 6 kg at 0.5 m/s on 10 kN/m, with and without a pad of 40 kN/m in series; a displacement at 5 kHz from so long before contact on, s.
+    fn loaded(pad: bool, before_s: f64, displacement_m: impl Fn(f64) -> f64) -> Loaded {
+        let pad = if pad { "pad_stiffness_N_per_m = { value = 4e4, sd = 4e3 }\n" } else { "" };
+        let text = format!(
+            "format = \"thud-campaign/1\"\nname = \"read\"\n[rig]\nkind = \"impact\"\n\
+             body_stiffness_N_per_m = {{ value = 1e4, sd = 3e2 }}\n{pad}\
+             [chain]\nsample_rate_Hz = 5e3\nnoise_rms_N = 1e-5\nfull_scale_N = 0.1\nobserved = \"displacement_m\"\n\
+             [[recording]]\nfile = \"1.csv\"\nimpact_speed_m_per_s = {{ value = 0.5, sd = 0.01 }}\n\
+             effective_mass_kg = {{ value = 6.0, sd = 0.2 }}\n"
+        );
+        let campaign = Campaign::parse("campaign.toml", &text).expect("a campaign");
+        let times_s: Vec<f64> = (0..600).map(|sample| f64::from(sample) * 2e-4).collect();
+        let values = times_s.iter().map(|time| displacement_m(time - before_s)).collect();
+        let channel = Channel { name: "displacement_m".to_owned(), values };
+        let recordings = vec![Recording::new(times_s, vec![channel]).expect("a recording")];
+        Loaded { folder: "read".into(), campaign, recordings, warnings: Vec::new() }
+    }
+
+    /// A half sine of the stroke; before and after it the speed times what is given.
+    fn pulse(stiffness_n_per_m: f64, moves: f64) -> impl Fn(f64) -> f64 {
+        let (pulsation, speed) = ((stiffness_n_per_m / 6.0).sqrt(), 0.5);
+        let end_s = PI / pulsation;
+        move |time_s| match time_s {
+            time_s if time_s < 0.0 => moves * speed * time_s,
+            time_s if time_s > end_s => -moves * speed * (time_s - end_s),
+            time_s => speed / pulsation * (pulsation * time_s).sin(),
+        }
+    }
+
+    #[test]
+    fn what_comes_or_goes_is_a_position_however_short_the_quiet_is() {
+        for before_s in [0.05, 0.02, 0.01, 0.0] {
+            assert_eq!(displacement(&loaded(false, before_s, pulse(1e4, 1.0))), Quantity::Position, "{before_s} s");
+            assert_eq!(displacement(&loaded(true, before_s, pulse(8e3, 1.0))), Quantity::Position, "{before_s} s");
+        }
+    }
+
+    #[test]
+    fn a_gauge_that_is_at_rest_shows_a_depth_or_a_stroke() {
+        for before_s in [0.05, 0.02, 0.01, 0.0] {
+            assert_eq!(displacement(&loaded(true, before_s, pulse(8e3, 0.0))), Quantity::Depth, "{before_s} s");
+            let springs = pulse(8e3, 0.0);
+            let alone = displacement(&loaded(true, before_s, |time_s| 0.8 * springs(time_s)));
+            assert_eq!(alone, Quantity::Stroke, "{before_s} s");
+        }
+    }
+
+    /// Where it leans on the rig it is at its farthest as long as it is recorded.
+    #[test]
+    fn what_does_not_go_again_has_come() {
+        let pulse = pulse(1e4, 1.0);
+        let leans = |time_s: f64| if time_s > 0.02 { pulse(0.02) + 1e-3 * (time_s - 0.02) } else { pulse(time_s) };
+        assert_eq!(displacement(&loaded(false, 0.03, leans)), Quantity::Position);
+    }
 }

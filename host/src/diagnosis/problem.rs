@@ -18,6 +18,7 @@ use super::noise::Noise;
 use super::predict::bends;
 use super::{DiagnosisError, Note};
 use crate::campaign::{Campaign, Estimate, Loaded, Observed, Rig, RigKind};
+use crate::decimal::significant;
 
 /// Samples that one contact is thinned to, at least.
 const SAMPLES_PER_CONTACT: f64 = 110.0;
@@ -281,7 +282,7 @@ impl Problem {
             let configuration = entry
                 .configuration
                 .clone()
-                .unwrap_or_else(|| format!("{} kg", crate::decimal::significant(entry.effective_mass_kg.value, 4)));
+                .unwrap_or_else(|| format!("{} kg", significant(entry.effective_mass_kg.value, 4)));
             let number = configurations.iter().position(|known| *known == configuration).unwrap_or_else(|| {
                 configurations.push(configuration);
                 mass_sd.push((0.0, 0));
@@ -367,8 +368,11 @@ impl Problem {
                 let (taken, seen) = if taken > 0.0 { (taken, seen) } else { [spread(&prepared, number) * 1e-3; 2].into() };
                 let noise = Noise::unseen(taken, seen);
                 notes.push(Note::general(&format!(
-                    "{column}: too little quiet before contact to see the noise; taken as {}, {taken:.3} rms (stated {stated}, scatter from sample to sample {seen:.3}). Begin recordings 50 ms before contact",
-                    if noise.is_white() { "white" } else { "alike in neighbouring samples" }
+                    "{column}: too little quiet before contact to see the noise; taken as {}, {} rms ({}scatter from sample to sample {}). Begin recordings 50 ms before contact",
+                    if noise.is_white() { "white" } else { "alike in neighbouring samples" },
+                    significant(taken, 3),
+                    if number == 0 { format!("stated {stated}, ") } else { String::new() },
+                    significant(seen, 3),
                 )));
                 vec![noise; prepared.len()]
             });
