@@ -1,11 +1,13 @@
 //! The robot's links still sway when it arrives: its speed is not the commanded one, and it goes on changing.
 //!
 //! ẋ_free = v + A·cos(2πf·t + φ), so that the contact begins at v + A·cos φ, and during it every body of the robot is
-//! accelerated by −2πf·A·sin(2πf·t + φ), as by gravity: the heavy links hardly feel the rig. The n-th impact of a campaign
+//! accelerated by −2πf·A·sin(2πf·t + φ), as by gravity: the heavy links hardly feel the rig. A lighter one, of a part μ of the effective
+//! mass behind a joint of that mode, is at −A/(2πf·μ)·sin φ ahead of the tip when it meets the rig, −A/μ·cos φ faster, and answers the contact as an elastic
+//! joint does. The n-th impact of a campaign
 //! has φ = φ₀ + n·Δφ: 0 where the same program always meets the rig at the same moment of its sway, anything where
 //! the approach differs.
 //!
-//! Source: paper 2, link modes of 1 to 13 Hz.
+//! Source: paper 2, link modes of 1 to 13 Hz; two bodies on a spring, whose momentum is kept.
 
 use std::f64::consts::TAU;
 
@@ -19,7 +21,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     lasting: false,
     by_configuration: &[],
     by_recording: &[],
-    equation: "dx_free/dt = v + A·cos(2πf·t + φ_0 + n·Δφ), n the place of the impact in the campaign",
+    equation: "dx_free/dt = v + A·cos(2πf·t + φ_0 + n·Δφ), n the place of the impact in the campaign; a link that answers: tip m_R(1−μ) and link m_R·μ on k_j = (2πf)²·m_R·μ(1−μ)",
     source: "paper 2: link modes of 1 to 13 Hz",
     parameters: &[
         Parameter {
@@ -56,6 +58,22 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             search: Search::Held,
             ..Parameter::ANGLE
         },
+        Parameter {
+            name: "answers",
+            meaning: "what sways: 0 links too heavy to feel the rig, 1 a mass behind a joint, which answers the contact",
+            ..Parameter::EITHER
+        },
+        Parameter {
+            name: "link_fraction",
+            unit: "1",
+            meaning: "part μ of the effective mass that answers",
+            null: None,
+            range: (1e-4, 0.95),
+            plausible: (0.005, 0.5),
+            typical: 0.05,
+            scale: Scale::Logarithmic,
+            search: Search::Typical,
+        },
     ],
     signature: "sway of displacement and speed before contact; peaks that scatter more than the speed is uncertain, slow pulses the most",
     confused_with: &["speed-error", "joint-elasticity", "robot-push"],
@@ -65,6 +83,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
     assembly.sway = Some(Sway {
+        link_fraction: if effect.value(4) > 0.5 { effect.value(5) } else { 0.0 },
         amplitude_m_per_s: effect.value(0),
         pulsation_per_s: TAU * effect.value(1),
         phase_rad: effect.value(2) + f64::from(assembly.approach.order) * effect.value(3),
@@ -94,6 +113,25 @@ mod tests {
         }
         let (from, to) = (hit.value(Quantity::Position, -1e-6), hit.value(Quantity::Position, 1e-6));
         near("no step at contact", (to - from) / 2e-6, 0.2 + sway(0.0), 1e-4);
+    }
+
+    /// A light link is none that answers; a heavy one leaves the free motion of the tip as it was.
+    #[test]
+    fn a_link_that_answers_sways_as_written_until_it_meets_the_rig() {
+        let answers = |fraction: &str| format!("{EFFECT},answers=1,link_fraction={fraction}");
+        let light = strike(Rig::impact(25e3), 0.2, 6.0, &[&answers("1e-4")]);
+        let none = strike(Rig::impact(25e3), 0.2, 6.0, &[EFFECT]);
+        for part in 0..20 {
+            let time = 2e-3 * f64::from(part);
+            near("force", light.force_n(time), none.force_n(time), 0.02);
+        }
+        let rig = Rig { gravity_m_per_s2: 0.0, ..Rig::fall() };
+        let fall = strike(rig, 0.2, 6.0, &[&answers("0.3")]);
+        for part in 0..30 {
+            let time = f64::from(part) * 0.01;
+            let sways = 0.2 + 0.02 * (TAU * 7.0 * time + 0.5).cos();
+            near("free", fall.value(Quantity::Velocity, time), sways, 1e-6);
+        }
     }
 
     /// m·(ẍ + Aσ·sin(σt + φ)) = −k·x: an undamped oscillator, driven at the frequency of the sway.

@@ -84,8 +84,13 @@ impl Assembly {
         for effect in effects {
             (effect.mechanism().enter)(effect, &mut assembly);
         }
-        if let Some(sway) = assembly.sway {
+        if let Some(sway) = &mut assembly.sway {
             assembly.approach.speed_m_per_s += sway.velocity_m_per_s(0.0);
+            // A robot has one joint: where another mechanism says how its mass is split, its links sway as they do.
+            if assembly.joint.is_some() || assembly.ceiling.is_some() {
+                sway.link_fraction = 0.0;
+            }
+            assembly.joint = assembly.joint.or_else(|| sway.joint(assembly.approach.effective_mass_kg));
         }
         assembly.approach.check()?;
         let laws = std::mem::take(&mut assembly.contact_laws);
@@ -401,9 +406,12 @@ pub struct Ceiling {
     pub damping_ns_per_m: f64,
 }
 
-/// A sway of the robot that it would have without the rig as well: an acceleration on all of its bodies, like gravity's.
+/// A sway of the robot that it would have without the rig as well: an acceleration on all of its bodies, like gravity's, or the motion
+/// of its tip against a link behind a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sway {
+    /// The part of the effective mass that sways behind a joint and answers the contact; 0: links too heavy to feel it.
+    pub link_fraction: f64,
     /// Amplitude of its velocity, m/s.
     pub amplitude_m_per_s: f64,
     /// Angular frequency, 1/s.
@@ -413,6 +421,30 @@ pub struct Sway {
 }
 
 impl Sway {
+    /// Whether it goes on whatever the tip meets.
+    #[must_use]
+    pub fn is_imposed(self) -> bool {
+        self.link_fraction == 0.0
+    }
+
+    /// The joint behind which a link sways.
+    fn joint(self, effective_mass_kg: f64) -> Option<Joint> {
+        let link_fraction = self.link_fraction;
+        let reduced_kg = effective_mass_kg * link_fraction * (1.0 - link_fraction);
+        let stiffness_n_per_m = self.pulsation_per_s * self.pulsation_per_s * reduced_kg;
+        (!self.is_imposed()).then_some(Joint { link_fraction, stiffness_n_per_m, damping_ns_per_m: 0.0 })
+    }
+
+    /// How far the link is ahead of the tip at first contact, m, and how much faster it is, m/s: momentum is kept between them.
+    #[must_use]
+    pub fn link_ahead(self) -> (f64, f64) {
+        if self.is_imposed() {
+            return (0.0, 0.0);
+        }
+        let ahead_m_per_s = self.amplitude_m_per_s / self.link_fraction;
+        (-ahead_m_per_s / self.pulsation_per_s * self.phase_rad.sin(), -ahead_m_per_s * self.phase_rad.cos())
+    }
+
     fn turn_rad(self, time_s: f64) -> f64 {
         self.pulsation_per_s * time_s + self.phase_rad
     }

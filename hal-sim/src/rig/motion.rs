@@ -6,7 +6,7 @@
 //! ([`Creeping`](PieceForm::Creeping), a stiff equation of first order); with a mass it is a body of its own
 //! ([`Massive`](PieceForm::Massive)). In each form the guide lets it go freely, holds it, or rubs against its motion.
 
-use super::assembly::{Assembly, Deformation, Element, Motion, Response};
+use super::assembly::{Assembly, Deformation, Element, Motion, Response, Sway};
 use super::{Kind, RigError};
 
 /// The most states that the solver is built for.
@@ -258,7 +258,8 @@ impl System {
         let mut state = [0.0; MOST_STATES];
         state[1] = speed;
         if let Some(link) = self.layout.link {
-            state[link + 1] = speed;
+            let (ahead_m, ahead_m_per_s) = self.assembly.sway.map_or((0.0, 0.0), Sway::link_ahead);
+            (state[link], state[link + 1]) = (ahead_m, speed + ahead_m_per_s);
         }
         let touching = self.assembly.kind != Kind::Fall && speed >= 0.0;
         let mode = Mode {
@@ -392,7 +393,7 @@ impl System {
         let stiff = self.form == PieceForm::Creeping && mode.touching && stiffness > STIFFEST_PER_S * damping;
         let moving = mode.touching || self.form == PieceForm::Massive;
         let piece_is_linear = linear(spring) && guide.air_ns2_per_m2 == 0.0;
-        sway.is_none()
+        !sway.is_some_and(Sway::is_imposed)
             && !self.is_driven(mode)
             && (!mode.touching || pad_is_linear)
             && (!moving || piece_is_linear)
@@ -404,7 +405,7 @@ impl System {
 
     /// Whether a force may depend on the time itself.
     pub(super) fn is_timed(&self, mode: &Mode) -> bool {
-        self.assembly.sway.is_some() || self.is_driven(mode)
+        self.assembly.sway.is_some_and(Sway::is_imposed) || self.is_driven(mode)
     }
 
     /// Whether a drive acts.
@@ -607,7 +608,8 @@ impl System {
 
     /// Gravity and the robot's sway: what accelerates every body of the robot alike.
     fn field_m_per_s2(&self, time_s: f64) -> f64 {
-        self.assembly.gravity_m_per_s2 + self.assembly.sway.map_or(0.0, |sway| sway.acceleration_m_per_s2(time_s))
+        let imposed = self.assembly.sway.filter(|sway| sway.is_imposed());
+        self.assembly.gravity_m_per_s2 + imposed.map_or(0.0, |sway| sway.acceleration_m_per_s2(time_s))
     }
 
     /// Whether tip and link are one body at this time: a coupling without elasticity holds.
