@@ -8,7 +8,7 @@
 //! ```
 //!
 //! A robot's own encoder shows its position, a gauge on the rig's plate how deep pad and springs are pressed, a scale at the moving
-//! piece the stroke of the springs. Which of them it is, the recordings say: by the slope before contact, then by the height of
+//! piece the stroke of the springs. Which of them it is, the recordings say: by the slope just before contact, or just after it where they begin there, then by the height of
 //! the peak over what mass, speed and springs let expect. Without a pad, depth and stroke are the same.
 //!
 //! An acceleration is that of the moving body: the rig slows it down. Where the pulse points the other way, the axis of the
@@ -166,6 +166,7 @@ fn slope(times_s: &[f64], values: &[f64]) -> Option<f64> {
 mod tests {
     use super::*;
     use crate::campaign::Campaign;
+    use crate::diagnosis::problem::Problem;
     use crate::recording::{Channel, Recording};
 
     /// 6 kg at 0.5 m/s on 10 kN/m, with and without a pad of 40 kN/m in series; a displacement at 5 kHz from so long before contact on, s.
@@ -212,6 +213,16 @@ mod tests {
             let springs = pulse(8e3, 0.0);
             let alone = displacement(&loaded(true, before_s, |time_s| 0.8 * springs(time_s)));
             assert_eq!(alone, Quantity::Stroke, "{before_s} s");
+        }
+    }
+
+    /// It is at zero when it meets the rig, and nobody has seen when that was.
+    #[test]
+    fn the_way_of_what_comes_shows_no_zero() {
+        for (moves, is_seen) in [(1.0, false), (0.0, true)] {
+            let loaded = loaded(false, 0.03, pulse(1e4, moves));
+            let problem = Problem::new(&loaded, &mut Vec::new()).expect("a problem");
+            assert_eq!(problem.zero_deviation(0, 0).is_some(), is_seen, "{moves}");
         }
     }
 

@@ -553,7 +553,8 @@ impl Layout {
                 Some((0.0, (speed.sd / problem.recordings[recording].speed_scale()).max(LEAST_SD)))
             }
             Role::Offset(channel) if self.offsets_as_seen => {
-                Some((problem.recordings[recording].offset_guess[channel], problem.zero_deviation(recording, channel)))
+                let seen = problem.recordings[recording].offset_guess[channel];
+                problem.zero_deviation(recording, channel).map(|deviation| (seen, deviation)).or(coordinate.prior)
             }
             _ => coordinate.prior,
         }

@@ -199,9 +199,13 @@ impl Problem {
         self.recordings.iter().map(Prepared::rows).sum()
     }
 
-    /// How exactly the quiet before contact shows a recording's zero: one standard deviation. A fall has its first sample alone.
+    /// How exactly the quiet before contact shows a recording's zero: one standard deviation. A fall has its first sample alone; what comes
+    /// is at its zero when it meets the rig, which its way shows no better than that instant is known: `None`.
     #[must_use]
-    pub fn zero_deviation(&self, recording: usize, channel: usize) -> f64 {
+    pub fn zero_deviation(&self, recording: usize, channel: usize) -> Option<f64> {
+        if comes(self.channels[channel].quantity, self.rig.kind) {
+            return None;
+        }
         let recording = &self.recordings[recording];
         let quiet = match self.rig.kind {
             RigKind::Fall => 1,
@@ -209,7 +213,7 @@ impl Problem {
         };
         let mut constant = vec![1.0; quiet];
         recording.noise[channel].whiten(&mut constant);
-        1.0 / constant.iter().map(|value| value * value).sum::<f64>().sqrt()
+        Some(1.0 / constant.iter().map(|value| value * value).sum::<f64>().sqrt())
     }
 
     /// Noise of the observed channel at its own sample rate: what the recordings show before contact, or what is stated.
@@ -269,10 +273,8 @@ impl Problem {
             }
         }
         let conventions: Vec<Convention> = columns.iter().map(|column| convention(loaded, column)).collect();
-        let comes: Vec<bool> = conventions
-            .iter()
-            .map(|convention| convention.quantity == Quantity::Position && campaign.rig.kind != RigKind::Fall)
-            .collect();
+        let comes: Vec<bool> =
+            conventions.iter().map(|convention| comes(convention.quantity, campaign.rig.kind)).collect();
         let mut prepared = Vec::new();
         let mut rests = Vec::new();
         let mut rebounds = 0;
@@ -759,6 +761,11 @@ impl Raw<'_> {
         let before_s = (level / peak).asin() * self.contact_time_s / std::f64::consts::PI;
         Some(Passed { first, zero, level, before_s })
     }
+}
+
+/// Whether a channel moves before contact.
+fn comes(quantity: Quantity, kind: RigKind) -> bool {
+    quantity == Quantity::Position && kind != RigKind::Fall
 }
 
 /// Freed of the parabola of a steady or falling approach, up to its value at this instant.
