@@ -63,12 +63,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    let link_fraction = effect.value(0);
-    let pulsation = std::f64::consts::TAU * effect.value(1);
-    let reduced_kg = assembly.approach.effective_mass_kg * link_fraction * (1.0 - link_fraction);
-    assembly.joint = Some(Joint {
-        link_fraction,
-        stiffness_n_per_m: pulsation * pulsation * reduced_kg,
-        damping_ns_per_m: 2.0 * effect.value(2) * pulsation * reduced_kg,
-    });
+    let pulsation_per_s = std::f64::consts::TAU * effect.value(1);
+    let mass_kg = assembly.approach.effective_mass_kg;
+    assembly.joint = Some(Joint::of_mode(mass_kg, effect.value(0), pulsation_per_s, effect.value(2)));
 }

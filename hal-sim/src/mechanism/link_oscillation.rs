@@ -1,9 +1,9 @@
 //! The robot's links still sway when it arrives: its speed is not the commanded one, and it goes on changing.
 //!
 //! ẋ_free = v + A·cos(2πf·t + φ), so that the contact begins at v + A·cos φ, and during it every body of the robot is
-//! accelerated by −2πf·A·sin(2πf·t + φ), as by gravity: the heavy links hardly feel the rig. A lighter one, of a part μ of the effective
-//! mass behind a joint of that mode, is at −A/(2πf·μ)·sin φ ahead of the tip when it meets the rig, −A/μ·cos φ faster, and answers the contact as an elastic
-//! joint does. The n-th impact of a campaign
+//! accelerated by −2πf·A·sin(2πf·t + φ), as by gravity: the heavy links hardly feel the rig. A lighter one, of a part μ of
+//! the effective mass behind a joint of that mode, is at −A/(2πf·μ)·sin φ ahead of the tip when that meets the rig,
+//! −A/μ·cos φ faster, and answers the contact as an elastic joint does. The n-th impact of a campaign
 //! has φ = φ₀ + n·Δφ: 0 where the same program always meets the rig at the same moment of its sway, anything where
 //! the approach differs.
 //!

@@ -427,12 +427,10 @@ impl Sway {
         self.link_fraction == 0.0
     }
 
-    /// The joint behind which a link sways.
+    /// The joint behind which a link sways: without a loss, since the sway has not died away.
     fn joint(self, effective_mass_kg: f64) -> Option<Joint> {
-        let link_fraction = self.link_fraction;
-        let reduced_kg = effective_mass_kg * link_fraction * (1.0 - link_fraction);
-        let stiffness_n_per_m = self.pulsation_per_s * self.pulsation_per_s * reduced_kg;
-        (!self.is_imposed()).then_some(Joint { link_fraction, stiffness_n_per_m, damping_ns_per_m: 0.0 })
+        let Self { link_fraction, pulsation_per_s, .. } = self;
+        (!self.is_imposed()).then(|| Joint::of_mode(effective_mass_kg, link_fraction, pulsation_per_s, 0.0))
     }
 
     /// How far the link is ahead of the tip at first contact, m, and how much faster it is, m/s: momentum is kept between them.
@@ -477,6 +475,19 @@ pub struct Joint {
     pub stiffness_n_per_m: f64,
     /// Damping, N·s/m.
     pub damping_ns_per_m: f64,
+}
+
+impl Joint {
+    /// With this mode of tip against link in free air: its angular frequency, 1/s, and its damping ratio.
+    #[must_use]
+    pub fn of_mode(effective_mass_kg: f64, link_fraction: f64, pulsation_per_s: f64, damping_ratio: f64) -> Self {
+        let reduced_kg = effective_mass_kg * link_fraction * (1.0 - link_fraction);
+        Self {
+            link_fraction,
+            stiffness_n_per_m: pulsation_per_s * pulsation_per_s * reduced_kg,
+            damping_ns_per_m: 2.0 * damping_ratio * pulsation_per_s * reduced_kg,
+        }
+    }
 }
 
 /// What a drive may know of the motion.

@@ -8,13 +8,15 @@
 //! ```
 //!
 //! A robot's own encoder shows its position, a gauge on the rig's plate how deep pad and springs are pressed, a scale at the moving
-//! piece the stroke of the springs. Which of them it is, the recordings say: by the slope just before contact, or just after it where they begin there, then by the height of
-//! the peak over what mass, speed and springs let expect. Without a pad, depth and stroke are the same.
+//! piece the stroke of the springs. Which of them it is, the recordings say: by the slope just before contact, or just after it where
+//! they begin there, then by the height of the peak over what mass, speed and springs let expect. Without a pad, depth and stroke are
+//! the same.
 //!
 //! An acceleration is that of the moving body: the rig slows it down. Where the pulse points the other way, the axis of the
 //! accelerometer does.
 
 use std::f64::consts::PI;
+use std::ops::Range;
 
 use thud_sim::rig::Quantity;
 
@@ -72,8 +74,9 @@ fn displacement(loaded: &Loaded) -> Quantity {
         let begun = until(times_s[0] + SHORTLY * contact_time_s).max(FEWEST).min(met);
         let gone =
             until(times_s[farthest] + (BESIDE_PEAK + SHORTLY) * contact_time_s).max(left + FEWEST).min(values.len());
-        comes.extend(slope(&times_s[..begun], &values[..begun]).map(|slope| slope / speed));
-        goes.extend(slope(&times_s[left.min(gone)..gone], &values[left.min(gone)..gone]).map(|slope| -slope / speed));
+        let moves = |between: Range<usize>| Some(slope(&times_s[between.clone()], &values[between])? / speed);
+        comes.extend(moves(0..begun));
+        goes.extend(moves(left..gone).map(|moves| -moves));
         let rest = median(values[..met.max(1)].to_vec()).unwrap_or(0.0);
         heights.push((values[farthest] - rest) / (speed * contact_time_s / PI));
     }
