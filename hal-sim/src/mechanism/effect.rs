@@ -97,6 +97,14 @@ impl Effect {
     pub fn is_null(&self) -> bool {
         self.mechanism.parameters[0].null == Some(self.values[0])
     }
+
+    /// Whether both are in the same form of one mechanism, if it has several.
+    #[must_use]
+    pub fn has_form_of(&self, other: &Self) -> bool {
+        let forms = self.mechanism.parameters.iter().enumerate().filter(|(_, one)| one.is_form());
+        self.mechanism.id == other.mechanism.id
+            && forms.map(|(place, _)| place).all(|place| self.value(place) == other.value(place))
+    }
 }
 
 /// `id` or `id:name=value,name=value`, as the command line takes it.

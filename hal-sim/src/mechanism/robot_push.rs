@@ -1,12 +1,13 @@
 //! The robot goes on pushing: its controller still wants to be behind the rig.
 //!
-//! F = F_0·tanh(K·(s − x)/F_0)·e^(−(t/T)⁸) on the robot from the first contact on: a position controller of stiffness K
-//! whose set point s goes on with the speed of approach, so that the rig's holding the robot up is a following error. From t_r on, the time
-//! that it takes to react, the set point brakes with a, and stands at v_0·t_r + v_0²/2a, where the controller holds the robot both ways. Its
-//! drives give F_0 at most (a force controller gives it at once, as one of very high stiffness does); when its motion is over, or a
-//! supervisor stops it, the push goes (the eighth power makes a switch that a solver can follow).
+//! F = F_0·tanh((K·(s − x) + D·(ds/dt − v))/F_0)·e^(−(t/T)⁸) on the robot from the first contact on: a position controller of
+//! stiffness K, with a damper D = 2ζ·√(K·m_R) or none, whose set point s goes on with the speed of approach, so that the rig's
+//! holding the robot up is a following error. From t_r on, the time that it takes to react, the set point brakes with a, and stands
+//! at v_0·t_r + v_0²/2a, where the controller holds the robot both ways. Its drives give F_0 at most (a force controller gives it at
+//! once, as one of very high stiffness does). When its motion is over, or a supervisor stops it, the push goes (the eighth power
+//! makes a switch that a solver can follow); a controller that sees the contact end lets go where the robot is back, x = 0.
 //!
-//! Source: proportional position control with saturation, its corner rounded by tanh; stopping distance v·t_r + v²/2a.
+//! Source: proportional (and derivative) position control with saturation, its corner rounded by tanh; stopping distance v·t_r + v²/2a.
 
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Drive, Motion};
@@ -18,7 +19,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     lasting: false,
     by_configuration: &[],
     by_recording: &[],
-    equation: "F = F_0·tanh(K·(s − x)/F_0)·exp(−(t/T)⁸) on the robot from first contact; s = v₀·t until t_r, then brakes with a and stands",
+    equation: "F = F_0·tanh((K·(s − x) + D·(ds/dt − v))/F_0)·exp(−(t/T)⁸) on the robot from first contact, D = 2ζ√(K·m_R) or 0, or until x = 0 instead of T; s = v₀·t until t_r, then brakes with a and stands",
     source: "saturating position control; up to about 150 N",
     parameters: &[
         Parameter {
@@ -46,7 +47,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         Parameter {
             name: "duration_s",
             unit: "s",
-            meaning: "how long T it pushes",
+            meaning: "how long T it pushes, where the rebound does not end it",
             null: None,
             range: (1e-3, 1e4),
             plausible: (0.03, 10.0),
@@ -76,6 +77,22 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Logarithmic,
             search: Search::Typical,
         },
+        Parameter {
+            name: "course",
+            meaning: "0 a spring that pushes for T, 1 one that pushes until the robot is back where it touched, 2 a spring and a damper for T",
+            ..Parameter::ONE_OF_THREE
+        },
+        Parameter {
+            name: "servo_damping_ratio",
+            unit: "1",
+            meaning: "damping ratio ζ of the position controller with the robot's effective mass",
+            null: None,
+            range: (0.0, 5.0),
+            plausible: (2.5e-3, 1.0),
+            typical: 5e-3,
+            scale: Scale::Logarithmic,
+            search: Search::Typical,
+        },
     ],
     signature: "a longer pulse, a higher late force, contact that does not end but comes to rest at F_0, hits again",
     confused_with: &["joint-elasticity", "pose-dependent-mass"],
@@ -86,14 +103,21 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 /// From here on tanh is 1 in double precision: 1 − tanh(x) < 2·e^(−2x) < 2⁻⁵³.
 const SATURATED: f64 = 19.0;
 
+/// Within so much of where it touched, m, a push that ends there has gone: less than a gauge tells, and more than a solver steps over.
+const BACK_WITHIN_M: f64 = 1e-5;
+
 fn enter(effect: &Effect, assembly: &mut Assembly) {
+    let (until_back, is_damped) = (effect.value(5) == 1.0, effect.value(5) > 1.5);
+    let damping_ratio = if is_damped { effect.value(6) } else { 0.0 };
     assembly.drives.push(Box::new(Push {
         force_n: effect.value(0),
         servo_n_per_m: effect.value(1),
-        duration_s: effect.value(2),
+        duration_s: if until_back { f64::INFINITY } else { effect.value(2) },
+        until_back,
         reaction_s: effect.value(3),
         deceleration_m_per_s2: effect.value(4),
         speed_m_per_s: assembly.approach.speed_m_per_s,
+        servo_ns_per_m: 2.0 * damping_ratio * (effect.value(1) * assembly.approach.effective_mass_kg).sqrt(),
     }));
 }
 
@@ -102,18 +126,21 @@ struct Push {
     force_n: f64,
     servo_n_per_m: f64,
     duration_s: f64,
+    until_back: bool,
     reaction_s: f64,
     deceleration_m_per_s2: f64,
     speed_m_per_s: f64,
+    servo_ns_per_m: f64,
 }
 
 impl Push {
-    /// Where the controller wants the robot to be, m.
-    fn set_point_m(&self, time_s: f64) -> f64 {
+    /// Where the controller wants the robot to be, m, and how fast, m/s.
+    fn set_point(&self, time_s: f64) -> (f64, f64) {
         let stops_s = (self.speed_m_per_s / self.deceleration_m_per_s2).max(0.0);
         let braking_s = (time_s - self.reaction_s).clamp(0.0, stops_s);
         let moving_s = time_s.min(self.reaction_s) + braking_s;
-        self.speed_m_per_s * moving_s - 0.5 * self.deceleration_m_per_s2 * braking_s * braking_s
+        let place_m = self.speed_m_per_s * moving_s - 0.5 * self.deceleration_m_per_s2 * braking_s * braking_s;
+        (place_m, self.speed_m_per_s - self.deceleration_m_per_s2 * braking_s)
     }
 }
 
@@ -122,9 +149,15 @@ impl Drive for Push {
         if motion.time_s <= 0.0 {
             return 0.0;
         }
-        let left = (-(motion.time_s / self.duration_s).powi(8)).exp();
-        let behind_m = self.set_point_m(motion.time_s) - motion.position_m;
-        let wanted = self.servo_n_per_m * behind_m / self.force_n.max(f64::MIN_POSITIVE);
+        let left = if self.until_back {
+            (1.0 + (-motion.position_m / BACK_WITHIN_M).exp()).recip()
+        } else {
+            (-(motion.time_s / self.duration_s).powi(8)).exp()
+        };
+        let (place_m, speed_m_per_s) = self.set_point(motion.time_s);
+        let wanted_n = self.servo_n_per_m * (place_m - motion.position_m)
+            + self.servo_ns_per_m * (speed_m_per_s - motion.velocity_m_per_s);
+        let wanted = wanted_n / self.force_n.max(f64::MIN_POSITIVE);
         self.force_n * if wanted.abs() < SATURATED { wanted.tanh() } else { wanted.signum() } * left
     }
 }
@@ -145,6 +178,24 @@ mod tests {
         };
         assert!(hits("robot-push:force_N=8,servo_stiffness_N_per_m=100000") > 1);
         assert_eq!(hits("robot-push:force_N=8,servo_stiffness_N_per_m=100000,duration_s=0.08"), 1);
+        assert_eq!(hits("robot-push:force_N=8,servo_stiffness_N_per_m=100000,course=1"), 1);
+    }
+
+    /// A push that lasts past the contact and one that ends with it are the same while the robot touches.
+    #[test]
+    fn until_it_is_back_the_push_is_one_that_lasts() {
+        let of = |course: &str| {
+            let push = format!("robot-push:force_N=8,servo_stiffness_N_per_m=20000,{course}");
+            strike(Rig::impact(25e3), 0.1, 6.0, &[&push])
+        };
+        let (lasts, ends) = (of("duration_s=1000"), of("course=1"));
+        let separates_s = lasts.truth().contacts[0].end_s.unwrap();
+        for part in 1..20 {
+            let time = separates_s * f64::from(part) / 20.0;
+            near("force", ends.force_n(time), lasts.force_n(time), 5e-3);
+        }
+        let speed = |time: f64| ends.value(crate::rig::Quantity::Velocity, time);
+        near("free", speed(separates_s + 0.1), speed(separates_s + 0.005), 1e-6);
     }
 
     /// Momentum: what the push gave in its time is missing in the speed after.
@@ -160,14 +211,17 @@ mod tests {
         near("speed", speed, contact.speed_after_m_per_s + (impulse - during) / 6.0, 1e-3);
     }
 
-    /// The set point stops after v·t_r + v²/2a; there the robot comes to rest, and the springs lean on it.
+    /// The set point stops after v·t_r + v²/2a; there the robot comes to rest, whatever damps it, and the springs lean on it.
     #[test]
     fn it_comes_to_rest_at_its_stopping_distance() {
         let push = "robot-push:force_N=600,servo_stiffness_N_per_m=1e5,reaction_s=0.03,deceleration_m_per_s2=10";
-        let impact = strike(Rig::impact(1e4), 0.2, 6.0, &[push, "viscous-damping:damping_Ns_per_m=800"]);
+        let damped = format!("{push},course=2,servo_damping_ratio=0.5");
         let stops_m = 0.2 * 0.03 + 0.2 * 0.2 / (2.0 * 10.0);
         // K and the rig's springs in series divide the distance; the saturation's bend takes less than a hundredth.
         let leans_n = stops_m / (1.0 / 1e5 + 1.0 / 1e4);
-        near("force at rest", impact.force_n(0.29), leans_n, 0.02 * leans_n);
+        for effects in [&[push, "viscous-damping:damping_Ns_per_m=800"][..], &[damped.as_str()]] {
+            let impact = strike(Rig::impact(1e4), 0.2, 6.0, effects);
+            near("force at rest", impact.force_n(0.29), leans_n, 0.02 * leans_n);
+        }
     }
 }

@@ -100,15 +100,6 @@ impl Entrant {
         self.scope == Scope::Everywhere && !self.is_loose()
     }
 
-    /// Whether both have the same form of their mechanism, if it has several.
-    #[must_use]
-    pub fn has_form_of(&self, other: &Self) -> bool {
-        let parameters = self.effect.mechanism().parameters.iter().enumerate();
-        parameters
-            .filter(|(_, one)| one.is_form())
-            .all(|(place, _)| self.effect.value(place) == other.effect.value(place))
-    }
-
     /// Whether both are the same mechanism in the same recordings.
     #[must_use]
     pub fn is_same_as(&self, other: &Self) -> bool {

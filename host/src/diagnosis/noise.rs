@@ -11,8 +11,14 @@ use nalgebra::{DMatrix, DVector};
 
 /// The order of the model: colour over eight samples, which a chain's filter and a hum's slope fit into.
 const ORDER: usize = 6;
-/// Quiet samples for each coefficient, at least; else the noise counts as white.
+/// Quiet samples for each coefficient, at least; fewer make a lower order, and the fewest none.
 const SAMPLES_PER_COEFFICIENT: usize = 25;
+/// Turns in which what a mean or a line takes of slow noise is found, and the part of what they leave beyond which they stop: of noise that
+/// hardly changes in a stretch that shows nothing.
+const TURNS: usize = 6;
+const MOST_TAKEN: f64 = 1.0;
+/// Of a stretch of more samples they take next to nothing.
+const LONG: usize = 600;
 /// Straight lines through the quiet stretches that take less than this part of their squares are chance: of noise that goes together over
 /// twenty samples they take as much of some hundred.
 const DRIFTS: f64 = 0.05;
@@ -53,37 +59,29 @@ impl Noise {
         let straight: Vec<Vec<f64>> = level.iter().map(|stretch| beside_line(stretch)).collect();
         let squares = |all: &[Vec<f64>]| all.iter().flatten().map(|value| value * value).sum::<f64>();
         let drifts = squares(&straight) < (1.0 - DRIFTS) * squares(&level);
-        let mut covariance = [0.0; ORDER + 1];
-        let mut samples = 0;
-        for stretch in if drifts { &straight } else { &level } {
-            for (lag, sum) in covariance.iter_mut().enumerate() {
-                *sum += stretch[lag..].iter().zip(stretch).map(|(a, b)| a * b).sum::<f64>();
-            }
-            // The mean has taken one degree of freedom, the line another.
-            samples += stretch.len() - 1 - usize::from(drifts);
-        }
+        let fitted = if drifts { &straight } else { &level };
+        let freed = 1 + usize::from(drifts);
+        let all: usize = fitted.iter().map(Vec::len).sum();
+        let samples = all - freed * fitted.len();
         if samples < 2 * ORDER {
             return None;
         }
-        covariance.iter_mut().for_each(|sum| *sum /= samples as f64);
-        let variance = covariance[0];
-        if variance <= 0.0 {
+        let left = left_in(fitted);
+        if left[0] <= 0.0 {
             return None;
         }
-        let white = Self { coefficients: Vec::new(), innovation: variance.sqrt(), rms: variance.sqrt(), samples };
-        if !coloured || samples < ORDER * SAMPLES_PER_COEFFICIENT {
-            return Some(white);
-        }
-        let toeplitz = DMatrix::from_fn(ORDER, ORDER, |row, column| {
-            covariance[row.abs_diff(column)] + if row == column { 1e-9 * variance } else { 0.0 }
-        });
-        let lags = DVector::from_column_slice(&covariance[1..]);
-        let Some(coefficients) = toeplitz.cholesky().map(|factor| factor.solve(&lags)) else { return Some(white) };
-        let innovation = variance - coefficients.dot(&lags);
-        if innovation <= 0.01 * variance {
-            return Some(white);
-        }
-        Some(Self { coefficients: coefficients.iter().copied().collect(), innovation: innovation.sqrt(), ..white })
+        let white = |variance: f64| {
+            let rms = variance.sqrt();
+            Self { coefficients: Vec::new(), innovation: rms, rms, samples }
+        };
+        let orders = if coloured { (samples / SAMPLES_PER_COEFFICIENT).min(ORDER) } else { 0 };
+        let length = all / fitted.len();
+        // Lags of short stretches need not be those of any noise; the first of them are.
+        let fit = (1..=orders).rev().find_map(|order| beside_taken(&left[..=order], length, drifts));
+        let Some((variance, coefficients, innovation)) = fit else {
+            return Some(white(left[0] * all as f64 / samples as f64));
+        };
+        Some(Self { coefficients, innovation: innovation.sqrt(), ..white(variance) })
     }
 
     /// Standard deviation of the noise itself, in the channel's unit.
@@ -126,6 +124,69 @@ impl Noise {
         first.iter_mut().for_each(|value| *value /= self.rms);
         others.iter_mut().for_each(|value| *value /= self.innovation);
     }
+}
+
+/// What is left of the covariances at the lags 0 to [`ORDER`] in stretches that have been freed of their level or line.
+fn left_in(stretches: &[Vec<f64>]) -> [f64; ORDER + 1] {
+    std::array::from_fn(|lag| {
+        let products = |stretch: &Vec<f64>| stretch[lag..].iter().zip(stretch).map(|(a, b)| a * b).sum::<f64>();
+        let pairs: usize = stretches.iter().map(|stretch| stretch.len() - lag).sum();
+        stretches.iter().map(products).sum::<f64>() / pairs as f64
+    })
+}
+
+/// Variance, coefficients and innovation's variance of a model that leaves these covariances in stretches of that length once each is freed of
+/// its level or line: that takes much where noise is slow and stretches are short.
+fn beside_taken(left: &[f64], length: usize, line: bool) -> Option<(f64, Vec<f64>, f64)> {
+    let mut covariance = left.to_vec();
+    let mut found = None;
+    for _ in 0..TURNS {
+        let Some((coefficients, innovation)) = autoregressive(&covariance) else { break };
+        let taken = (length <= LONG).then(|| taken(&covariance, &coefficients, length, line));
+        found = Some((covariance[0], coefficients, innovation));
+        let Some(taken) = taken.filter(|taken| taken[0] < MOST_TAKEN * left[0]) else { break };
+        covariance = left.iter().zip(taken).map(|(left, taken)| left + taken).collect();
+    }
+    found
+}
+
+/// What freeing a stretch of its level or line takes from its covariances: at each lag the mean over the diagonal of Γ − MΓM, where Γ has the
+/// covariances, which the coefficients tell at longer lags, and M projects.
+fn taken(covariance: &[f64], coefficients: &[f64], length: usize, line: bool) -> Vec<f64> {
+    let mut lags = covariance.to_vec();
+    while lags.len() < length {
+        let next = coefficients.iter().zip(lags.iter().rev()).map(|(coefficient, before)| coefficient * before).sum();
+        lags.push(next);
+    }
+    let level = DVector::from_element(length, 1.0).normalize();
+    let slope = DVector::from_fn(length, |place, _| place as f64 - 0.5 * (length - 1) as f64).normalize();
+    let freed = if line { vec![level, slope] } else { vec![level] };
+    let seen = |of: &DVector<f64>| {
+        DVector::from_fn(length, |row, _| (0..length).map(|place| lags[row.abs_diff(place)] * of[place]).sum())
+    };
+    let seen: Vec<DVector<f64>> = freed.iter().map(seen).collect();
+    let at = |lag: usize| {
+        let head = length - lag;
+        let shifted = |a: &DVector<f64>, b: &DVector<f64>| a.rows(0, head).dot(&b.rows(lag, head));
+        let once = freed.iter().zip(&seen).map(|(freed, seen)| shifted(freed, seen) + shifted(seen, freed));
+        let twice =
+            freed.iter().flat_map(|a| freed.iter().zip(&seen).map(move |(b, seen)| a.dot(seen) * shifted(a, b)));
+        (once.sum::<f64>() - twice.sum::<f64>()) / head as f64
+    };
+    (0..covariance.len()).map(at).collect()
+}
+
+/// The coefficients and the innovation's variance of the model whose order is that of the lags, by Yule and Walker's equations; `None`
+/// where these are no noise's, or nothing is left to chance.
+fn autoregressive(covariance: &[f64]) -> Option<(Vec<f64>, f64)> {
+    let (variance, order) = (covariance[0], covariance.len() - 1);
+    let toeplitz = DMatrix::from_fn(order, order, |row, column| {
+        covariance[row.abs_diff(column)] + if row == column { 1e-9 * variance } else { 0.0 }
+    });
+    let lags = DVector::from_column_slice(&covariance[1..]);
+    let coefficients = toeplitz.cholesky()?.solve(&lags);
+    let innovation = variance - coefficients.dot(&lags);
+    (innovation > 0.01 * variance).then(|| (coefficients.iter().copied().collect(), innovation))
 }
 
 /// How alike neighbouring samples of an autoregressive model of order 1 are whose third differences are so much of white noise's: their variance is
@@ -203,6 +264,16 @@ pub(super) mod tests {
         assert!((0.5..2.0).contains(&(scatter / said[0])), "{scatter} {}", said[0]);
     }
 
+    /// The strength at the frequency zero as above, of stretches of 30 samples, whose own means are a quarter of the noise.
+    #[test]
+    fn short_stretches_show_slow_noise() {
+        let slow = |noise: &Noise| noise.innovation / (1.0 - noise.coefficients.iter().sum::<f64>());
+        let long = slow(&Noise::of_quiet(&[coloured(100_000, 7)], true).unwrap());
+        let stretches: Vec<Vec<f64>> = (0..200).map(|seed| coloured(30, 100 + seed)).collect();
+        let short = slow(&Noise::of_quiet(&stretches, true).unwrap());
+        assert!((short / long - 1.0).abs() < 0.06, "{short} {long}");
+    }
+
     #[test]
     fn a_drifting_zero_is_no_noise() {
         let steady = coloured(2000, 3);
@@ -238,9 +309,10 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn few_quiet_samples_make_no_colour() {
-        let values = coloured(40, 1);
-        assert!(Noise::of_quiet(&[&values], true).unwrap().coefficients.is_empty());
+    fn few_quiet_samples_make_little_colour() {
+        let values = coloured(100, 1);
+        let orders = [20, 40, 100].map(|few| Noise::of_quiet(&[&values[..few]], true).unwrap().coefficients.len());
+        assert_eq!(orders, [0, 1, 3]);
         assert_eq!(Noise::of_quiet(&[&values[..8]], true), None);
     }
 }

@@ -47,6 +47,8 @@ const GUARD: f64 = 0.05;
 const LIVELIEST: f64 = 3.0;
 /// Samples whose times between them differ by no more than this part of them are of one rate.
 const RATE_TOLERANCE: f64 = 0.1;
+/// Samples are spaced alike where a tenth, half and nine tenths of the steps are shorter than differ by this factor at most.
+const STEADY: f64 = 1.3;
 /// The median size of a Gaussian, in its deviation.
 const GAUSSIAN_MEDIAN: f64 = 0.6745;
 /// The most samples of a recording that are fitted.
@@ -278,7 +280,7 @@ impl Problem {
         let mut prepared = Vec::new();
         let mut rests = Vec::new();
         let mut rebounds = 0;
-        let mut all_even = true;
+        let mut all_steady = true;
         for (order, (entry, recording)) in campaign.recordings.iter().zip(&loaded.recordings).enumerate() {
             // Without a name, recordings of one believed mass are of one pose.
             let configuration = entry
@@ -318,7 +320,7 @@ impl Problem {
                     ),
                 ));
             }
-            all_even &= thinned.even;
+            all_steady &= thinned.steady;
             rebounds += usize::from(thinned.kept < recording.times_s().len());
             prepared.push(Prepared {
                 name,
@@ -359,7 +361,7 @@ impl Problem {
             return Err(DiagnosisError::TooFewSamples { most: thinned_by });
         }
         for (number, column) in columns.iter().enumerate() {
-            let noises = noises(&rests, number, all_even).unwrap_or_else(|| {
+            let noises = noises(&rests, number, all_steady).unwrap_or_else(|| {
                 let stated = if number == 0 { campaign.chain.noise_rms } else { 0.0 };
                 let seen = scatter(&prepared, number);
                 // What is stated and does not scatter from sample to sample is slow; what scatters is less in means over several.
@@ -616,7 +618,8 @@ struct Thinned {
     offset_guess: Vec<f64>,
     contact_guess_s: f64,
     quiet_rms: Option<f64>,
-    even: bool,
+    /// Whether what goes together from sample to sample in the quiet does so later.
+    steady: bool,
     too_slow: Option<f64>,
 }
 
@@ -683,7 +686,8 @@ impl Raw<'_> {
             },
             // Noise is taken from all of the quiet time.
             rest: Rest { channels: rests, interval_s: self.interval_s, averaged: n },
-            even,
+            // The noise of a fall is taken from all of it.
+            steady: even || self.is_steady(if fall { self.times_s.len() / 2 } else { quiet_end }),
             too_slow: (!fall && per_contact < FEWEST_PER_CONTACT).then_some(per_contact),
         })
     }
@@ -692,6 +696,23 @@ impl Raw<'_> {
         let steps = self.times_s.windows(2).map(|pair| pair[1] - pair[0]);
         let even = steps.filter(|step| (step / self.interval_s - 1.0).abs() < RATE_TOLERANCE).count();
         even as f64 >= 0.98 * (self.times_s.len() - 1) as f64
+    }
+
+    /// Whether samples are spaced after the quiet as they are in it: as evenly or as unevenly. A steady noise that is read at steps of
+    /// one distribution is steady from sample to sample, too.
+    fn is_steady(&self, quiet_end: usize) -> bool {
+        let steps = |times_s: &[f64]| {
+            let mut steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            steps.sort_by(f64::total_cmp);
+            steps
+        };
+        let (before, after) = self.times_s.split_at(quiet_end);
+        let (before, after) = (steps(before), steps(after));
+        let alike = |part: f64| {
+            let at = |steps: &[f64]| steps[((steps.len() - 1) as f64 * part) as usize];
+            (at(&before) / at(&after)).ln().abs() < STEADY.ln()
+        };
+        before.len().min(after.len()) >= FEWEST_QUIET && [0.1, 0.5, 0.9].into_iter().all(alike)
     }
 
     /// Index of the last sample before contact: the observed channel passes a level at a twentieth of its peak, or five times the

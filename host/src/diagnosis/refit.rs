@@ -261,11 +261,14 @@ fn in_turn(mut begun: Vec<Start>, all: f64, breadth: Breadth) -> Vec<Start> {
     for number in by_cost.into_iter().enumerate().flat_map(|(by_promise, by_cost)| [by_promise, by_cost]) {
         let kind = begun[number].kind();
         let entrant = added(&begun[number].fit);
-        let same = |other: &Start| other.kind() == kind && added(&other.fit).has_form_of(entrant);
+        let same = |other: &Start| other.kind() == kind && added(&other.fit).effect.has_form_of(&entrant.effect);
         let of_same = taken.iter().filter(|other| same(&begun[**other])).count();
+        // What a form does not use makes no difference.
+        let is_new =
+            taken.iter().all(|other| !(same(&begun[*other]) && begun[*other].fit.cost == begun[number].fit.cost));
         let most = if kind.1 == Acts::Everywhere { breadth.starts } else { 1 };
         let room = mechanisms.len() < breadth.refitted || mechanisms.contains(kind.0);
-        if !taken.contains(&number) && of_same < most && room {
+        if is_new && of_same < most && room {
             mechanisms.insert(kind.0);
             taken.push(number);
         }
@@ -326,7 +329,7 @@ fn finished(problem: &Problem, base: &Fit, mut starts: Vec<Start>, part: Part<'_
     let mut once: Vec<Entrant> = Vec::new();
     looked.retain(|(trial, _)| {
         let added = added(&trial.fit);
-        let is_new = once.iter().all(|other| !(other.is_same_as(added) && other.has_form_of(added)));
+        let is_new = once.iter().all(|other| !(other.is_same_as(added) && other.effect.has_form_of(&added.effect)));
         if is_new {
             once.push(added.clone());
         }
@@ -465,7 +468,8 @@ fn promising<'a>(base: &Fit, scores: &'a [Screened], breadth: Breadth) -> Vec<&'
     let mut chosen: Vec<&Screened> = Vec::new();
     let mut mechanisms: HashSet<&str> = HashSet::new();
     for score in &order {
-        let same = |other: &&&Screened| id(other) == id(score) && other.entrant.has_form_of(&score.entrant);
+        let same =
+            |other: &&&Screened| id(other) == id(score) && other.entrant.effect.has_form_of(&score.entrant.effect);
         let of_same = || chosen.iter().filter(same);
         let take = if everywhere(score) {
             of_same().filter(|other| everywhere(other)).count() < breadth.begun

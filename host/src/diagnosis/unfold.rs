@@ -28,7 +28,7 @@ const AGAIN_FORCE: f64 = 0.1;
 const LONGER: f64 = 1.15;
 /// How many mechanisms are followed up to how many contact times.
 const FOLLOWED: [(f64, usize); 3] = [(1.5, 6), (3.0, 3), (f64::INFINITY, 2)];
-/// How many starts of a mechanism are fitted to the first contact: those that are nearest to it as they are.
+/// How many shapes of a form are fitted to the first contact: those that are nearest to it as they are.
 const BEGUN: usize = 24;
 /// Steps along one tangent after the first: where a push holds the robot a valley is narrow, and each tangent gains little.
 const FURTHER: usize = 3;
@@ -79,17 +79,29 @@ fn grown(problem: &Problem, base: &Fit, mechanisms: &[&'static Mechanism], scope
         let start = layout.as_stated(&layout.start_from(problem, &base.layout, &base.point));
         Fit::touching(&first, layout, start, part)
     };
-    let best_of = |mechanism: &&'static Mechanism| {
-        let mut begun: Vec<Fit> = starts(&reach, mechanism).into_par_iter().filter_map(begin).collect();
+    // Of each shape the strength that is nearest as it is: the nearest of all are of few shapes.
+    let nearest = |shape: Vec<Effect>| {
+        let begun = shape.into_par_iter().filter_map(begin);
+        begun.min_by(|a, b| a.cost.total_cmp(&b.cost))
+    };
+    let best_from = |starts: Vec<Effect>| {
+        let shapes = alike(starts, |a, b| a.values()[1..] == b.values()[1..]);
+        let mut begun: Vec<Fit> = shapes.into_par_iter().filter_map(nearest).collect();
         begun.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        // What a form does not use makes no difference.
+        begun.dedup_by(|a, b| a.cost == b.cost);
         begun.truncate(BEGUN);
         let fits = begun.into_par_iter().filter_map(|fit| run(&first, fit, Effort::FULL));
         fits.min_by(|a, b| a.cost.total_cmp(&b.cost))
     };
+    // One of each form: what the first contact likes best is not what the whole shows.
+    let best_of = |mechanism: &&'static Mechanism| {
+        alike(starts(&reach, mechanism), Effect::has_form_of).into_iter().filter_map(best_from).collect::<Vec<Fit>>()
+    };
     // In few recordings what else the robot does is found without.
     let moves = |mechanism: &Mechanism| scope == Scope::Everywhere || mechanism.site == Site::Drive;
     let of_robot = mechanisms.iter().filter(|mechanism| mechanism.group == Group::Robot && moves(mechanism));
-    let mut fits: Vec<Fit> = of_robot.filter_map(best_of).collect();
+    let mut fits: Vec<Fit> = of_robot.flat_map(best_of).collect();
     let lasts = |recording: &Prepared| recording.lasts_s() / recording.contact_time_s;
     let whole = problem.recordings.iter().map(lasts).fold(1.0, f64::max);
     let mut contacts = LONGER;
@@ -118,4 +130,16 @@ fn starts(reach: &Reach, mechanism: &'static Mechanism) -> Vec<Effect> {
         })
     });
     lower.chain(starts.iter().cloned()).collect()
+}
+
+/// Effects in groups of those that are alike.
+fn alike(effects: Vec<Effect>, are: impl Fn(&Effect, &Effect) -> bool) -> Vec<Vec<Effect>> {
+    let mut groups: Vec<Vec<Effect>> = Vec::new();
+    for effect in effects {
+        match groups.iter_mut().find(|group| are(&group[0], &effect)) {
+            Some(group) => group.push(effect),
+            None => groups.push(vec![effect]),
+        }
+    }
+    groups
 }

@@ -32,7 +32,8 @@ pub fn short(value: f64) -> String {
 pub fn with_interval(value: f64, low: f64, high: f64) -> (String, String, String) {
     let half = 0.5 * (high - low);
     let plain = |value: f64| (1e-4..1e7).contains(&value.abs()) || value == 0.0;
-    if !(half.is_finite() && half > 0.0 && plain(value)) {
+    let is_lost_in_it = value != 0.0 && half > 3.0 * value.abs();
+    if !(half.is_finite() && half > 0.0 && plain(value)) || is_lost_in_it {
         return (short(value), short(low), short(high));
     }
     let decimals = (1.0 - half.log10().floor()).clamp(0.0, 9.0) as usize;
@@ -404,6 +405,7 @@ mod tests {
         let three = |a: &str, b: &str, c: &str| (a.to_owned(), b.to_owned(), c.to_owned());
         assert_eq!(with_interval(18.004, 17.98, 18.03), three("18.004", "17.980", "18.030"));
         assert_eq!(with_interval(0.1518, 0.1376, 0.1676), three("0.152", "0.138", "0.168"));
+        assert_eq!(with_interval(0.05, 0.001, 10_000.0), three("0.05", "0.001", "10000"));
         assert_eq!(with_interval(25_000.0, 25_000.0, 25_000.0), three("25000", "25000", "25000"));
         assert_eq!(beside(0.3, 0.301), "0.300");
         assert_eq!((percent(0.9712), percent(0.029)), ("97 %".to_owned(), "2.9 %".to_owned()));
