@@ -307,6 +307,12 @@ impl Fit {
         Some(Self::showing(problem, layout, point, model, part))
     }
 
+    /// What strains the beliefs about rig, masses, speeds and mechanisms.
+    #[must_use]
+    pub fn tension(&self, problem: &Problem, part: Part<'_>) -> f64 {
+        prior_cost(problem, &self.layout, &self.point, part)
+    }
+
     /// The sum of squares of one recording's whitened residual.
     #[must_use]
     pub fn recording_cost(&self, recording: usize) -> f64 {
