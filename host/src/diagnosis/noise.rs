@@ -2,7 +2,7 @@
 //!
 //! An autoregressive model, e_t = Σ a_k·e_{t−k} + w_t, fitted to all quiet stretches together (Yule and Walker's equations, lags
 //! pooled over the stretches, each freed of its mean, or where they show one of its straight line: a zero that drifts is no noise, and
-//! taken for some it would hide whatever is as slow). Whitening with it makes the residual of a right model white with unit
+//! taken for some it would hide whatever is as slow; what that takes of slow noise is made up for). Whitening with it makes the residual of a right model white with unit
 //! variance, so that a sum of squares is a χ².
 //!
 //! Source: G. E. P. Box, G. M. Jenkins, Time Series Analysis (1970), ch. 3.
@@ -264,7 +264,7 @@ pub(super) mod tests {
         assert!((0.5..2.0).contains(&(scatter / said[0])), "{scatter} {}", said[0]);
     }
 
-    /// The strength at the frequency zero as above, of stretches of 30 samples, whose own means are a quarter of the noise.
+    /// The strength at the frequency zero as above, of stretches of 30 samples, whose own lines have a fifth of the noise's squares.
     #[test]
     fn short_stretches_show_slow_noise() {
         let slow = |noise: &Noise| noise.innovation / (1.0 - noise.coefficients.iter().sum::<f64>());

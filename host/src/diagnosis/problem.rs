@@ -41,6 +41,8 @@ const STOOD: f64 = 0.8;
 const WHOLE: f64 = 0.4;
 /// Fewer quiet samples of a recording do not show how strong its noise is.
 pub(super) const FEWEST_QUIET: usize = 12;
+/// The same of a fall, which has no contact to be resolved: a line of the mains' third harmonic, a gap of a millisecond.
+const FALL_RATE_HZ: f64 = 1_000.0;
 /// Quiet time left out before the guessed contact, in contact times.
 const GUARD: f64 = 0.05;
 /// A beginning whose values scatter by more than this times the noise is not at rest.
@@ -630,7 +632,7 @@ impl Raw<'_> {
         let contact_guess_s = self.times_s[contact];
         let per_contact = self.contact_time_s / self.interval_s;
         let fall = self.kind == RigKind::Fall;
-        let rate = if fall { 200.0 } else { KEPT_RATE_HZ.max(SAMPLES_PER_CONTACT / self.contact_time_s) };
+        let rate = if fall { FALL_RATE_HZ } else { KEPT_RATE_HZ.max(SAMPLES_PER_CONTACT / self.contact_time_s) };
         let even = self.is_even();
         let from_s = if fall { f64::NEG_INFINITY } else { contact_guess_s - QUIET_S.max(self.contact_time_s) };
         let first = self.times_s.partition_point(|time| *time < from_s);

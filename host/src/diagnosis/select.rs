@@ -187,21 +187,21 @@ pub fn by_chance(problem: &Problem, baseline: &Fit, fit: &Fit) -> Option<f64> {
 }
 
 /// By how much two fits differ in what is observed, in squares of its noise, and in what strains the beliefs about the rig.
-fn apart(problem: &Problem, one: &Fit, other: &Fit) -> f64 {
-    let of_recording = |(number, recording): (usize, &Prepared)| {
+fn apart(problem: &Problem, one: &Fit, other: &Fit, part: Part<'_>) -> f64 {
+    let of_recording = |&number: &usize| {
+        let recording = &problem.recordings[number];
         let mut apart: Vec<f64> = one.model[number].iter().zip(&other.model[number]).map(|(a, b)| a - b).collect();
         recording.whiten(&mut apart);
         apart[..recording.times_s.len()].iter().map(|value| value * value).sum::<f64>()
     };
-    let all: Vec<usize> = (0..problem.recordings.len()).collect();
-    let strained = (one.tension(problem, &all) - other.tension(problem, &all)).abs();
-    problem.recordings.iter().enumerate().map(of_recording).sum::<f64>() + strained
+    let strained = (one.tension(problem, part) - other.tension(problem, part)).abs();
+    part.iter().map(of_recording).sum::<f64>() + strained
 }
 
 /// Whether the only mechanism of a model does more than chance, and is no trace that only a finer channel shows and no rest asks for.
-fn is_no_chance(problem: &Problem, baseline: &Standing, trial: &Trial) -> bool {
+fn is_no_chance(problem: &Problem, baseline: &Standing, trial: &Trial, part: Part<'_>) -> bool {
     let (asks, baseline) = (baseline.asks(), &baseline.trial);
-    let is_seen = || problem.channels.len() == 1 || apart(problem, &baseline.fit, &trial.fit) > TRACE * TRACE;
+    let is_seen = || problem.channels.len() == 1 || apart(problem, &baseline.fit, &trial.fit, part) > TRACE * TRACE;
     let is_chance = || match by_chance(problem, &baseline.fit, &trial.fit) {
         Some(p) => p >= BY_CHANCE,
         None => baseline.bic - trial.bic < ENOUGH,
@@ -422,7 +422,8 @@ impl Selecting<'_> {
         }
         trials.extend(unfolded(self.problem, retuned, self.mechanisms, &scopes, self.part));
         // Where nothing has been named, what is left may be no more than chance explains.
-        let is_worthy = |trial: &&Trial| from.mechanisms() > 0 || is_no_chance(self.problem, &self.retuned, trial);
+        let is_worthy =
+            |trial: &&Trial| from.mechanisms() > 0 || is_no_chance(self.problem, &self.retuned, trial, self.part);
         let lightest = trials.iter().filter(is_worthy).min_by(|a, b| self.burden(a).total_cmp(&self.burden(b)));
         let Some(lightest) = lightest.filter(|trial| self.is_lighter(trial, &from.trial)).cloned() else {
             return Some(from);
@@ -530,7 +531,7 @@ impl Selecting<'_> {
             let breadth = if number == 0 && !here.asks() { Breadth::FAINT } else { Breadth::MORE };
             let trials = refit(self.problem, &here.trial.fit, &scores, here.rest, breadth, self.part, wanted);
             let is_enough = |trial: &&Trial| match number {
-                0 => is_no_chance(self.problem, &here, trial),
+                0 => is_no_chance(self.problem, &here, trial, self.part),
                 _ => here.trial.bic - trial.bic >= enough || self.solves(&here, trial),
             };
             let worthy = trials.iter().filter(is_enough);
@@ -541,7 +542,7 @@ impl Selecting<'_> {
                 break;
             };
             let larger = Standing::of(self.problem, next.clone(), self.part)?;
-            if self.found_lower_baseline(&larger)? && !is_no_chance(self.problem, &self.retuned, next) {
+            if self.found_lower_baseline(&larger)? && !is_no_chance(self.problem, &self.retuned, next, self.part) {
                 here = self.retuned.clone();
                 continue;
             }
