@@ -79,7 +79,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         },
         Parameter {
             name: "course",
-            meaning: "0 a spring that pushes for T, 1 one that pushes until the robot is back where it touched, 2 a spring and a damper for T",
+            meaning: "0 a spring that pushes for T, 1 one that pushes until the robot is back where it touched, 2 a spring and a damper for T; others are rounded",
             ..Parameter::ONE_OF_THREE
         },
         Parameter {
@@ -107,13 +107,15 @@ const SATURATED: f64 = 19.0;
 const BACK_WITHIN_M: f64 = 1e-5;
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    let (until_back, is_damped) = (effect.value(5) == 1.0, effect.value(5) > 1.5);
-    let damping_ratio = if is_damped { effect.value(6) } else { 0.0 };
+    let (ends, damping_ratio) = match effect.value(5).round() as u32 {
+        0 => (Ends::After(effect.value(2)), 0.0),
+        1 => (Ends::Back, 0.0),
+        _ => (Ends::After(effect.value(2)), effect.value(6)),
+    };
     assembly.drives.push(Box::new(Push {
         force_n: effect.value(0),
         servo_n_per_m: effect.value(1),
-        duration_s: if until_back { f64::INFINITY } else { effect.value(2) },
-        until_back,
+        ends,
         reaction_s: effect.value(3),
         deceleration_m_per_s2: effect.value(4),
         speed_m_per_s: assembly.approach.speed_m_per_s,
@@ -121,12 +123,20 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
     }));
 }
 
+/// When a push goes.
+#[derive(Debug)]
+enum Ends {
+    /// After so long, s.
+    After(f64),
+    /// Where the robot is back at where it touched.
+    Back,
+}
+
 #[derive(Debug)]
 struct Push {
     force_n: f64,
     servo_n_per_m: f64,
-    duration_s: f64,
-    until_back: bool,
+    ends: Ends,
     reaction_s: f64,
     deceleration_m_per_s2: f64,
     speed_m_per_s: f64,
@@ -149,10 +159,9 @@ impl Drive for Push {
         if motion.time_s <= 0.0 {
             return 0.0;
         }
-        let left = if self.until_back {
-            (1.0 + (-motion.position_m / BACK_WITHIN_M).exp()).recip()
-        } else {
-            (-(motion.time_s / self.duration_s).powi(8)).exp()
+        let left = match self.ends {
+            Ends::After(duration_s) => (-(motion.time_s / duration_s).powi(8)).exp(),
+            Ends::Back => (1.0 + (-motion.position_m / BACK_WITHIN_M).exp()).recip(),
         };
         let (place_m, speed_m_per_s) = self.set_point(motion.time_s);
         let wanted_n = self.servo_n_per_m * (place_m - motion.position_m)

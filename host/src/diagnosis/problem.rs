@@ -24,6 +24,8 @@ use crate::decimal::significant;
 const SAMPLES_PER_CONTACT: f64 = 110.0;
 /// A thinned recording keeps what rings below half of this, Hz: moving pieces do so at 170 to 600 Hz (table of mechanisms).
 const KEPT_RATE_HZ: f64 = 5_000.0;
+/// The same of a fall, which has no contact to be resolved: a line of the mains' third harmonic, a gap of a millisecond.
+const FALL_RATE_HZ: f64 = 1_000.0;
 /// Quiet kept before contact, s: enough for the offset and for a period of the mains.
 const QUIET_S: f64 = 0.05;
 /// Fewer samples in a contact do not show its form.
@@ -41,8 +43,6 @@ const STOOD: f64 = 0.8;
 const WHOLE: f64 = 0.4;
 /// Fewer quiet samples of a recording do not show how strong its noise is.
 pub(super) const FEWEST_QUIET: usize = 12;
-/// The same of a fall, which has no contact to be resolved: a line of the mains' third harmonic, a gap of a millisecond.
-const FALL_RATE_HZ: f64 = 1_000.0;
 /// Quiet time left out before the guessed contact, in contact times.
 const GUARD: f64 = 0.05;
 /// A beginning whose values scatter by more than this times the noise is not at rest.

@@ -200,13 +200,11 @@ fn apart(problem: &Problem, one: &Fit, other: &Fit, part: Part<'_>) -> f64 {
 
 /// Whether the only mechanism of a model does more than chance, and is no trace that only a finer channel shows and no rest asks for.
 fn is_no_chance(problem: &Problem, baseline: &Standing, trial: &Trial, part: Part<'_>) -> bool {
-    let (asks, baseline) = (baseline.asks(), &baseline.trial);
-    let is_seen = || problem.channels.len() == 1 || apart(problem, &baseline.fit, &trial.fit, part) > TRACE * TRACE;
-    let is_chance = || match by_chance(problem, &baseline.fit, &trial.fit) {
-        Some(p) => p >= BY_CHANCE,
-        None => baseline.bic - trial.bic < ENOUGH,
-    };
-    (asks || is_seen()) && !is_chance()
+    let begun = &baseline.trial;
+    let does_more =
+        by_chance(problem, &begun.fit, &trial.fit).map_or(begun.bic - trial.bic >= ENOUGH, |p| p < BY_CHANCE);
+    let is_seen = || problem.channels.len() == 1 || apart(problem, &begun.fit, &trial.fit, part) > TRACE * TRACE;
+    does_more && (baseline.asks() || is_seen())
 }
 
 impl Standing {
