@@ -119,6 +119,25 @@ mod tests {
         }
     }
 
+    /// k·x = c·ẋ² after the robot has left: the square root of the stroke falls steadily, by t/2·√(k/c). A cell beside the housing bears k·x meanwhile.
+    #[test]
+    fn air_holds_springs_up_after_the_robot_has_left() {
+        let (springs, drag) = (25e3_f64, 60.0);
+        for rig in [Rig::impact(springs), Rig::impact(springs).with_pad(80e3)] {
+            let impact = strike(rig, 0.5, 6.0, &["air-damping:drag_Ns2_per_m2=60,cell_share=0"]);
+            let separates_s = impact.truth().contacts[0].end_s.unwrap();
+            let stroke_m = |after_s: f64| impact.value(crate::rig::Quantity::Stroke, separates_s + after_s);
+            let left_m = stroke_m(-1e-9);
+            assert!(left_m > 2e-4);
+            for after_s in [1e-6, 0.0003, 0.0006, 0.0009] {
+                let expected_m = (left_m.sqrt() - 0.5 * after_s * (springs / drag).sqrt()).powi(2);
+                near("stroke", stroke_m(after_s), expected_m, 2e-3 * left_m);
+                near("cell", impact.force_n(separates_s + after_s), springs * expected_m, 2e-3 * springs * left_m);
+            }
+            near("back", stroke_m(0.05), 0.0, 1e-12);
+        }
+    }
+
     /// Behind a pad, on a body of its own, and with friction: what the robot loses is what the contact's work says.
     #[test]
     fn the_robot_loses_what_the_contact_takes() {

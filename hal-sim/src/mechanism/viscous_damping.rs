@@ -116,4 +116,19 @@ mod tests {
         near("end", contacts[0].end_s.unwrap(), time_s, 2e-6);
         near("after", impact.force_n(time_s + 0.005), 0.0, 1e-3);
     }
+
+    /// The robot leaves where k·x + c·ẋ is zero; the springs come back as x·e^(−k·t/c).
+    #[test]
+    fn springs_that_a_dashpot_slows_come_back_after_the_robot_has_left() {
+        let (springs, damping) = (25e3, 20.0);
+        let impact = strike(Rig::impact(springs), 0.3, 6.0, &["viscous-damping:damping_Ns_per_m=20"]);
+        let separates_s = impact.truth().contacts[0].end_s.unwrap();
+        let left_m = impact.value(Quantity::Position, separates_s);
+        assert!(left_m > 1e-4);
+        for after_s in [1e-6, 0.0005, 0.001, 0.003] {
+            let stroke_m = impact.value(Quantity::Stroke, separates_s + after_s);
+            near("stroke", stroke_m, left_m * (-springs / damping * after_s).exp(), 2e-8);
+            near("force", impact.force_n(separates_s + after_s), 0.0, 1e-3);
+        }
+    }
 }

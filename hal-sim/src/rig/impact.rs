@@ -26,6 +26,7 @@ struct Motion {
     trajectory: Trajectory,
     intervals: Vec<(f64, Option<f64>)>,
     necks: Vec<Neck>,
+    returns: Vec<Return>,
     until_s: f64,
     effort: Effort,
 }
@@ -38,6 +39,15 @@ struct Neck {
     until_s: f64,
     /// At first, N.
     pull_n: f64,
+}
+
+/// How springs that oil or air slows come back after a separation, without the robot, until they are touched again.
+#[derive(Clone, Debug)]
+struct Return {
+    from_s: f64,
+    until_s: f64,
+    /// Of the stroke that is left less and less: when, s after the separation, its logarithm (m) and what the cell bears, N.
+    course: Vec<(f64, f64, f64)>,
 }
 
 /// What can be read at any instant.
@@ -121,6 +131,67 @@ impl Motion {
         };
         self.necks.iter().map(pull_n).sum()
     }
+    /// One for each separation from springs that are still pressed then: contact ends where they give no force, and what takes it from
+    /// them, a dashpot or air, holds them up. The logarithm of the stroke falls steadily behind a dashpot.
+    fn returns(&self) -> Vec<Return> {
+        let assembly = &self.system.assembly;
+        let slowed = assembly.spring.damping_ns_per_m > 0.0
+            || assembly.across_ns_per_m > 0.0
+            || assembly.guide.air_ns2_per_m2 > 0.0
+            || assembly.spring.laws.iter().any(|law| law.depends_on_rate());
+        if !slowed || assembly.kind == Kind::Fall {
+            return Vec::new();
+        }
+        let touched_again_s = self.intervals.iter().skip(1).map(|(from_s, _)| *from_s).chain([f64::INFINITY]);
+        let separations = self.intervals.iter().zip(touched_again_s);
+        let course = |from_s: f64, until_s: f64| {
+            let after = self.trajectory.find(from_s);
+            let last = &self.trajectory.stretches()[after.checked_sub(1)?];
+            let mut state = [0.0; MOST_STATES];
+            self.trajectory.state(after - 1, from_s, &mut state);
+            let mode = &self.trajectory.stretches()[after].mode;
+            let rest_m = self.system.free_stroke_m(&state, mode);
+            let stroke_m = self.system.instant(from_s, &state, &last.mode).piece_m - rest_m;
+            if stroke_m < SMALLEST_M {
+                return None;
+            }
+            let (mut time_s, mut left_m, mut before_s) = (0.0, stroke_m, None);
+            let mut course = Vec::new();
+            while left_m > SMALLEST_M && from_s + time_s < until_s {
+                let (velocity_m_per_s, cell_n) = self.system.returning(rest_m + left_m, &state, mode)?;
+                // How long it would take at this rate to fall by a factor of e.
+                let falls_s = -left_m / velocity_m_per_s;
+                time_s += before_s.map_or(0.0, |before_s: f64| -RETURN_STEP.ln() * 0.5 * (before_s + falls_s));
+                course.push((time_s, left_m.ln(), cell_n));
+                before_s = Some(falls_s);
+                left_m *= RETURN_STEP;
+            }
+            Some(course)
+        };
+        separations
+            .filter_map(|((_, end_s), until_s)| {
+                let from_s = (*end_s)?;
+                Some(Return { from_s, until_s, course: course(from_s, until_s)? })
+            })
+            .collect()
+    }
+
+    /// What stroke is left at an instant of springs that come back by themselves, m, and what the cell bears of it, N.
+    fn returning(&self, time_s: f64) -> (f64, f64) {
+        let of = |way: &Return| {
+            let after_s = time_s - way.from_s;
+            let next = way.course.partition_point(|(at_s, ..)| *at_s <= after_s);
+            let (&(to_s, to, to_n), &(at_s, at, at_n)) = (way.course.get(next)?, way.course.get(next.checked_sub(1)?)?);
+            let part = (after_s - at_s) / (to_s - at_s);
+            (time_s < way.until_s).then(|| ((at + part * (to - at)).exp(), at_n + part * (to_n - at_n)))
+        };
+        self.returns.iter().filter_map(of).fold((0.0, 0.0), |sum, (stroke_m, cell_n)| (sum.0 + stroke_m, sum.1 + cell_n))
+    }
+
+    /// What the cell bears at an instant besides what the motion's states say, N.
+    fn lingering_n(&self, time_s: f64) -> f64 {
+        self.returning(time_s).1 - self.neck_n(time_s)
+    }
 }
 
 impl Impact {
@@ -133,8 +204,9 @@ impl Impact {
     ) -> Self {
         let chain = mem::take(&mut system.assembly.chain);
         let log = mem::take(&mut system.assembly.log);
-        let mut motion = Motion { system, trajectory, intervals, necks: Vec::new(), until_s, effort };
+        let mut motion = Motion { system, trajectory, intervals, necks: Vec::new(), returns: Vec::new(), until_s, effort };
         motion.necks = motion.necks();
+        motion.returns = motion.returns();
         Self { motion: Arc::new(motion), chain, log }
     }
 
@@ -219,8 +291,8 @@ impl Impact {
             let (here_s, here) = (&times_s[..inside], &mut values[..inside]);
             if quantity == Quantity::CellForce {
                 self.motion.trajectory.cell_n(stretch, here_s, here);
-                if !self.motion.necks.is_empty() {
-                    here.iter_mut().zip(here_s).for_each(|(value, time_s)| *value -= self.motion.neck_n(*time_s));
+                if !self.motion.necks.is_empty() || !self.motion.returns.is_empty() {
+                    here.iter_mut().zip(here_s).for_each(|(value, time_s)| *value += self.motion.lingering_n(*time_s));
                 }
             } else {
                 here.iter_mut()
@@ -369,15 +441,15 @@ impl Impact {
         if quantity == Quantity::CellForce {
             let mut cell_n = [0.0];
             self.motion.trajectory.cell_n(stretch, &[time_s.min(self.motion.until_s)], &mut cell_n);
-            return cell_n[0] - self.motion.neck_n(time_s);
+            return cell_n[0] + self.motion.lingering_n(time_s);
         }
         let instant = self.instant(stretch, time_s);
         match quantity {
             Quantity::CellForce => unreachable!("read above"),
             Quantity::ContactForce => instant.contact_n - self.motion.neck_n(time_s),
-            Quantity::Stroke => instant.piece_m,
+            Quantity::Stroke => instant.piece_m + self.motion.returning(time_s).0,
             Quantity::Depth if self.motion.trajectory.stretches()[stretch].mode.touching => instant.over_m,
-            Quantity::Depth => instant.piece_m,
+            Quantity::Depth => instant.piece_m + self.motion.returning(time_s).0,
             Quantity::Position => instant.tip_m,
             Quantity::Velocity => instant.tip_m_per_s,
             Quantity::Acceleration => instant.tip_m_per_s2,
@@ -385,6 +457,12 @@ impl Impact {
         }
     }
 }
+
+/// Springs that are pressed by less than this, m, are back: a hundredth of what a gauge tells.
+const SMALLEST_M: f64 = 1e-8;
+
+/// From one place of a return to the next the stroke falls to this part: interpolation of a stroke behind a drag errs by 10⁻³ of it.
+const RETURN_STEP: f64 = 0.85;
 
 /// A robot that hardly moves away tears no faster than this, m/s.
 const SLOWEST_M_PER_S: f64 = 1e-3;

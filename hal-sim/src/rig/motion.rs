@@ -1182,8 +1182,35 @@ impl System {
         depth_under(0.0, 0.0, |depth_m| self.pad(depth_m, 0.0, state, mode))
     }
 
+    /// How fast springs come back from a stroke when the robot has left, in m/s, and what the cell bears meanwhile, in N: their force and the
+    /// drag of oil and air on a piece without a mass balance, S(x, v) + C(v) = 0. `None`: they are back at once, or friction holds them.
+    pub(super) fn returning(&self, stroke_m: f64, state: &[f64], mode: &Mode) -> Option<(f64, f64)> {
+        let guide = &self.assembly.guide;
+        if self.form == PieceForm::Massive || guide.rubs() {
+            return None;
+        }
+        // A dashpot across a pad as well meets the stroke's share of its way.
+        let across_ns_per_m = self.assembly.across_ns_per_m * self.assembly.spring.stiffness_n_per_m / self.series_n_per_m;
+        let mut velocity_m_per_s = -stroke_m * self.pulsation_per_s;
+        for _ in 0..40 {
+            let spring = self.spring(stroke_m, velocity_m_per_s, state, mode);
+            let damping = spring.damping_ns_per_m + guide.air_ns_per_m(velocity_m_per_s) + across_ns_per_m;
+            let air_n = guide.air_n(velocity_m_per_s);
+            let force_n = spring.force_n + air_n + across_ns_per_m * velocity_m_per_s;
+            let step_m_per_s = force_n / damping;
+            if !step_m_per_s.is_finite() {
+                return None;
+            }
+            velocity_m_per_s -= step_m_per_s;
+            if step_m_per_s.abs() <= 1e-12 * velocity_m_per_s.abs() {
+                return (velocity_m_per_s < 0.0).then(|| (velocity_m_per_s, -(1.0 - guide.air_cell_share) * air_n));
+            }
+        }
+        None
+    }
+
     /// The stroke of springs that nothing presses on and no friction holds: zero, unless they recover slowly.
-    fn free_stroke_m(&self, state: &[f64], mode: &Mode) -> f64 {
+    pub(super) fn free_stroke_m(&self, state: &[f64], mode: &Mode) -> f64 {
         if self.layout.len == self.layout.spring {
             return 0.0;
         }
