@@ -109,6 +109,9 @@ pub struct Mechanism {
     /// Whether it is a property of the rig, which stays from one recording to the next; not what the robot does or what happens to the chain
     /// in one and not in another.
     pub lasting: bool,
+    /// Whether its equation is what happens, to the last digit: a number that is not what was stated, a reading that is cut off. Of the others
+    /// no rig is quite like the equation.
+    pub exact: bool,
     /// Which of its parameters may be others in each configuration: they are of the object that falls, of a pose or of the place that is hit.
     pub by_configuration: &'static [&'static str],
     /// And which in each recording, without any rule: a speed that a controller misses, a zero that warms.

@@ -17,6 +17,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Contact,
     site: Site::Pad,
     lasting: true,
+    exact: false,
     by_configuration: &[],
     by_recording: &[],
     equation: "the contact ends at P = −F_a instead of P = 0; then P = −F_a·(1 − s/ℓ) until the robot is s = ℓ away",

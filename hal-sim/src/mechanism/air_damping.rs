@@ -17,6 +17,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Contact,
     site: Site::Guide,
     lasting: true,
+    exact: false,
     by_configuration: &[],
     by_recording: &[],
     equation: "F = c·v² as the body springs are pressed in at the rate v, −b·c·v² as they come back",

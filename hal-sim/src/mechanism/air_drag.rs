@@ -12,6 +12,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Fall,
     site: Site::Drive,
     lasting: true,
+    exact: false,
     by_configuration: &["coefficient_kg_per_m"],
     by_recording: &[],
     equation: "F = −c·v·|v|, c = 0.5·ρ·C_d·A",

@@ -12,6 +12,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Measuring,
     site: Site::Chain,
     lasting: false,
+    exact: false,
     by_configuration: &[],
     by_recording: &["rate_N_per_s"],
     equation: "y = F + r·(t − t_0), t_0 the first sample",

@@ -15,6 +15,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Contact,
     site: Site::Spring,
     lasting: true,
+    exact: false,
     by_configuration: &[],
     by_recording: &[],
     equation: "F = (1 − share)·k·x + share·k·max(x − g, 0), x the stroke of the body springs",

@@ -13,6 +13,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Measuring,
     site: Site::Chain,
     lasting: true,
+    exact: true,
     by_configuration: &[],
     by_recording: &[],
     equation: "|y| = |F| − κ·L·ln(1 + exp((|F| − L)/(κ·L))), which for a small κ is min(|F|, L)",

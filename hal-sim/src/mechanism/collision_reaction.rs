@@ -20,6 +20,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Robot,
     site: Site::Drive,
     lasting: false,
+    exact: false,
     by_configuration: &[],
     by_recording: &[],
     equation: "F = −F_r·½·(1 + tanh(20·(1 + v/v_r)))·(1 − exp(−s/t_r)), s = t − t(P = F_th) − delay ≥ 0, on the robot; stopping −F_r·tanh(v/v_b) in its place, at a controlled speed −F_r·tanh((v + v_r)/v_b)",

@@ -12,6 +12,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Contact,
     site: Site::Spring,
     lasting: true,
+    exact: false,
     by_configuration: &[],
     by_recording: &[],
     equation: "F = k·x + ratio·k·max(x − x_b, 0), x the stroke of the body springs",

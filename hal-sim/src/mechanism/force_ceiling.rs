@@ -25,6 +25,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Robot,
     site: Site::Robot,
     lasting: false,
+    exact: false,
     by_configuration: &["force_N"],
     by_recording: &[],
     equation: "m_link·a_link = D − C, m_tip·a_tip = C − P, a_link = a_tip while |C| ≤ F_max, else C = ±F_max + c·slip rate",

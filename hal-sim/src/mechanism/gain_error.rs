@@ -12,6 +12,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Measuring,
     site: Site::Chain,
     lasting: false,
+    exact: true,
     by_configuration: &["relative"],
     by_recording: &["relative"],
     equation: "y = F·(1 + ε)",

@@ -140,6 +140,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Guide,
     site: Site::Guide,
     lasting: true,
+    exact: false,
     by_configuration: &[],
     by_recording: &[],
     equation: "F_f = F_c·sgn(dx_p/dt) while sliding, |F_f| ≤ F_c while sticking; on bristles F_f = F_c·y, z·dy/dt = v − y·√(v² + v_c²)",

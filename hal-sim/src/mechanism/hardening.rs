@@ -16,6 +16,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Contact,
     site: Site::Pad,
     lasting: true,
+    exact: false,
     by_configuration: &[],
     by_recording: &[],
     equation: "F = k·δ/(1 − δ/lock)^(growth·lock)",

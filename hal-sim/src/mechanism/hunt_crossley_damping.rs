@@ -14,6 +14,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Contact,
     site: Site::Pad,
     lasting: true,
+    exact: false,
     by_configuration: &[],
     by_recording: &[],
     equation: "F = F_el(δ)·(1 + 1.5·α·dδ/dt); e ≈ 1/(1 + α·v0)",

@@ -19,6 +19,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Robot,
     site: Site::Robot,
     lasting: false,
+    exact: false,
     by_configuration: &[],
     by_recording: &[],
     equation: "dx_free/dt = v + A·cos(2πf·t + φ_0 + n·Δφ), n the place of the impact in the campaign; a link that answers: tip m_R(1−μ) and link m_R·μ on k_j = (2πf)²·m_R·μ(1−μ)",

@@ -17,6 +17,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Guide,
     site: Site::Guide,
     lasting: true,
+    exact: false,
     by_configuration: &[],
     by_recording: &[],
     equation: "F_f = coefficient·P·sgn(dx_p/dt) while sliding; coefficient = 2·μ·e/L",

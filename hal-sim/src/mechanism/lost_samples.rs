@@ -17,6 +17,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Measuring,
     site: Site::Chain,
     lasting: false,
+    exact: false,
     by_configuration: &[],
     by_recording: &["lost_s"],
     equation: "y(t) = F(t) for t < t_j, F(t + T) for t ≥ t_j; where the gap is filled F(t_j) or 0 for t_j ≤ t < t_j + T only",

@@ -15,6 +15,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Measuring,
     site: Site::Chain,
     lasting: false,
+    exact: false,
     by_configuration: &[],
     by_recording: &[],
     equation: "y = F + A·sin(2πf·t + φ_0 + 2.4·n), n the number of the impact",

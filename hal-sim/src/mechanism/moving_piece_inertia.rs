@@ -22,6 +22,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Bodies,
     site: Site::Piece,
     lasting: true,
+    exact: false,
     by_configuration: &[],
     by_recording: &[],
     equation: "m_p·d²x_p/dt² = P(x − x_p) − S(x_p); f ≈ √((k_pad + k_body)/m_p)/2π, c = 2ζ√((k_pad + k_body)·m_p)",

@@ -14,6 +14,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Contact,
     site: Site::Pad,
     lasting: true,
+    exact: false,
     by_configuration: &[],
     by_recording: &[],
     equation: "k(n) = k_∞·(1 + excess·exp(−n/N_0)), n the place of the impact in the campaign, from 0",

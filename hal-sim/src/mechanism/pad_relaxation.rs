@@ -14,6 +14,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Contact,
     site: Site::Pad,
     lasting: true,
+    exact: false,
     by_configuration: &[],
     by_recording: &[],
     equation: "F = k·δ + ratio·k·(δ − z), dz/dt = (δ − z)/τ",

@@ -14,6 +14,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Measuring,
     site: Site::Chain,
     lasting: true,
+    exact: false,
     by_configuration: &[],
     by_recording: &[],
     equation: "dy/dt = dF/dt − y/τ",

@@ -15,6 +15,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Robot,
     site: Site::InitialCondition,
     lasting: false,
+    exact: true,
     by_configuration: &["relative"],
     by_recording: &[],
     equation: "m = m_said·(1 + ε) in the configuration with this number, m_said in the others; in every one, each with its ε, where that is −1",

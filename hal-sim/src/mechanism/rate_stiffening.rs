@@ -35,6 +35,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Contact,
     site: Site::Pad,
     lasting: true,
+    exact: false,
     by_configuration: &[],
     by_recording: &[],
     equation: "law 0: F = k·(1 + a·ln(v/v_ref))·δ − a·k·z, dz/dt = (δ − z)/τ, v the speed at first contact; law 1: the rate at each instant for v, and no z",

@@ -17,6 +17,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Robot,
     site: Site::Drive,
     lasting: false,
+    exact: false,
     by_configuration: &[],
     by_recording: &[],
     equation: "F = F_0·tanh((K·(s − x) + D·(ds/dt − v))/F_0)·exp(−(t/T)⁸) on the robot from first contact, D = 2ζ√(K·m_R) or 0, or until x = 0 instead of T; s = v₀·t until t_r, then brakes with a and stands",

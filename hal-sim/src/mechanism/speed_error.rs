@@ -17,6 +17,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Robot,
     site: Site::InitialCondition,
     lasting: false,
+    exact: true,
     by_configuration: &["relative"],
     by_recording: &["relative"],
     equation: "v = v_said·(1 + ε·(v_0/v_said)ⁿ), v_0 = 0.25 m/s; n = 0: a part of the speed, n = 1: the same at every speed",

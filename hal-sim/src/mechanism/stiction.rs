@@ -15,6 +15,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     group: Group::Guide,
     site: Site::Guide,
     lasting: true,
+    exact: false,
     by_configuration: &[],
     by_recording: &[],
     equation: "|F_f| ≤ F_s while sticking, (F_c + (F_s − F_c)·exp(−(v/v_s)²))·sgn(v) while sliding, F_s = ratio·F_c",

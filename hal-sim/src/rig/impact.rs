@@ -185,7 +185,10 @@ impl Motion {
             let part = (after_s - at_s) / (to_s - at_s);
             (time_s < way.until_s).then(|| ((at + part * (to - at)).exp(), at_n + part * (to_n - at_n)))
         };
-        self.returns.iter().filter_map(of).fold((0.0, 0.0), |sum, (stroke_m, cell_n)| (sum.0 + stroke_m, sum.1 + cell_n))
+        self.returns
+            .iter()
+            .filter_map(of)
+            .fold((0.0, 0.0), |sum, (stroke_m, cell_n)| (sum.0 + stroke_m, sum.1 + cell_n))
     }
 
     /// What the cell bears at an instant besides what the motion's states say, N.
@@ -204,7 +207,8 @@ impl Impact {
     ) -> Self {
         let chain = mem::take(&mut system.assembly.chain);
         let log = mem::take(&mut system.assembly.log);
-        let mut motion = Motion { system, trajectory, intervals, necks: Vec::new(), returns: Vec::new(), until_s, effort };
+        let mut motion =
+            Motion { system, trajectory, intervals, necks: Vec::new(), returns: Vec::new(), until_s, effort };
         motion.necks = motion.necks();
         motion.returns = motion.returns();
         Self { motion: Arc::new(motion), chain, log }

@@ -450,7 +450,10 @@ impl System {
             tolerances[place + 1] = length * (stiffness / piece.mass_kg).sqrt();
         }
         if let (Some(place), Some(frame)) = (self.layout.frame, self.assembly.frame) {
-            tolerances[place + 1] = length * (frame.stiffness_n_per_m / frame.mass_kg).sqrt();
+            let square = frame.stiffness_n_per_m / frame.mass_kg;
+            // A cell that bears the frame's own mass feels its acceleration.
+            tolerances[place] = force_n / stiffness.max(frame.on_cell_kg * square);
+            tolerances[place + 1] = tolerances[place] * square.sqrt();
         }
         if let Some(bend) = self.layout.bend {
             tolerances[bend] = force_n / self.assembly.guide.holding_n(0.0).max(force_n);
@@ -1190,7 +1193,8 @@ impl System {
             return None;
         }
         // A dashpot across a pad as well meets the stroke's share of its way.
-        let across_ns_per_m = self.assembly.across_ns_per_m * self.assembly.spring.stiffness_n_per_m / self.series_n_per_m;
+        let across_ns_per_m =
+            self.assembly.across_ns_per_m * self.assembly.spring.stiffness_n_per_m / self.series_n_per_m;
         let mut velocity_m_per_s = -stroke_m * self.pulsation_per_s;
         for _ in 0..40 {
             let spring = self.spring(stroke_m, velocity_m_per_s, state, mode);

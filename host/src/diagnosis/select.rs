@@ -342,6 +342,14 @@ impl Selecting<'_> {
         (self.retuned.trial.fit.cost - trial.fit.cost).max(0.0)
     }
 
+    /// By how much χ² is lower for mechanisms whose equations no rig is quite like: what their errors leave is in proportion to it.
+    fn approximated(&self, standing: &Standing) -> f64 {
+        let worth = standing.worth();
+        let of =
+            |(entrant, worth): (&Entrant, &f64)| if entrant.effect.mechanism().exact { worth.max(0.0) } else { 0.0 };
+        (self.gained(&standing.trial) - standing.entrants().iter().zip(&worth).map(of).sum::<f64>()).max(0.0)
+    }
+
     /// BIC, and what each mechanism with a value of its own for each impact has to be worth beside one without, or one that lasts and
     /// would have to choose its recordings: they bend to whatever differs from recording to recording, and no rig is quite like its
     /// equations.
@@ -516,7 +524,7 @@ impl Selecting<'_> {
             }
             // A further one has to be worth something beside what is explained already: no rig is quite like its equations.
             let asks = number == 0 || here.asks();
-            let enough = if asks { ENOUGH } else { UNASKED } + FURTHER * self.gained(&here.trial);
+            let enough = if asks { ENOUGH } else { UNASKED } + FURTHER * self.approximated(&here);
             // Where little is left a tangent is to be believed, unless it promises more than there is.
             let left = here.trial.fit.cost - LEAST_NOISE * self.problem.rows() as f64;
             let hopeless = (HOPELESS * enough).min(ALIKE);
@@ -701,7 +709,7 @@ impl Selecting<'_> {
 
     /// Whether one more mechanism, alike everywhere, leaves nothing of what a model leaves, and brings more than chance does.
     fn solves(&self, here: &Standing, larger: &Trial) -> bool {
-        let enough = if here.asks() { ENOUGH } else { ALIKE } + SOLVED * self.gained(&here.trial);
+        let enough = if here.asks() { ENOUGH } else { ALIKE } + SOLVED * self.approximated(here);
         here.trial.bic - larger.bic >= enough
             && added(&larger.fit).is_alike_everywhere()
             && larger.coincidences.is_empty()
@@ -716,7 +724,7 @@ impl Selecting<'_> {
         let is_solved =
             here.entrants().iter().all(Entrant::is_alike_everywhere) && is_but_noise(here.rest, here.oddity);
         let part = if is_solved { SOLVED } else { FURTHER };
-        let enough = ENOUGH + part * self.gained(&here.trial);
+        let enough = ENOUGH + part * self.approximated(&here);
         while here.mechanisms() > 1 {
             let smaller = here.fewer.iter().flatten().min_by(|a, b| a.bic.total_cmp(&b.bic));
             match smaller {
