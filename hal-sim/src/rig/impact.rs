@@ -131,6 +131,7 @@ impl Motion {
         };
         self.necks.iter().map(pull_n).sum()
     }
+
     /// One for each separation from springs that are still pressed then: contact ends where they give no force, and what takes it from
     /// them, a dashpot or air, holds them up. The logarithm of the stroke falls steadily behind a dashpot.
     fn returns(&self) -> Vec<Return> {

@@ -319,6 +319,13 @@ impl Fit {
         self.residuals[recording].iter().map(|r| robust(*r)).sum()
     }
 
+    /// The same of what is observed alone, without further channels.
+    #[must_use]
+    pub fn observed_cost(&self, problem: &Problem, recording: usize) -> f64 {
+        let rows = problem.recordings[recording].times_s.len();
+        self.residuals[recording][..rows].iter().map(|r| robust(*r)).sum()
+    }
+
     /// The same with what strains the beliefs about that recording.
     #[must_use]
     pub fn own_cost(&self, problem: &Problem, recording: usize) -> f64 {

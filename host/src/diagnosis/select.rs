@@ -39,7 +39,7 @@ use super::verdict::{SIGNIFICANT, UNLIKELY, WORTH, remains};
 pub const BY_CHANCE: f64 = 3e-5;
 /// Fall of BIC that a further one must bring, or a first one with a value of its own for each impact.
 pub const ENOUGH: f64 = 20.0;
-/// What moves the observed channel by less than so many deviations of its noise, over all recordings, is one of the usual imperfections.
+/// What the observed channel shows by less than so many deviations of its noise, over all recordings, is one of the usual imperfections.
 const TRACE: f64 = 5.0;
 /// A further one that no smooth rest asks for (it rings, hums or jumps) must bring this.
 const UNASKED: f64 = 150.0;
@@ -186,16 +186,12 @@ pub fn by_chance(problem: &Problem, baseline: &Fit, fit: &Fit) -> Option<f64> {
     ChiSquared::new(layout.parameters() as f64).ok().map(|by_chance| by_chance.sf(fall.max(0.0)))
 }
 
-/// By how much two fits differ in what is observed, in squares of its noise, and in what strains the beliefs about the rig.
-fn apart(problem: &Problem, one: &Fit, other: &Fit, part: Part<'_>) -> f64 {
-    let of_recording = |&number: &usize| {
-        let recording = &problem.recordings[number];
-        let mut apart: Vec<f64> = one.model[number].iter().zip(&other.model[number]).map(|(a, b)| a - b).collect();
-        recording.whiten(&mut apart);
-        apart[..recording.times_s.len()].iter().map(|value| value * value).sum::<f64>()
+/// By how much a fit is better than another in what is observed and in what strains the beliefs about the rig, in χ².
+fn shown(problem: &Problem, one: &Fit, other: &Fit, part: Part<'_>) -> f64 {
+    let of = |fit: &Fit| {
+        part.iter().map(|number| fit.observed_cost(problem, *number)).sum::<f64>() + fit.tension(problem, part)
     };
-    let strained = (one.tension(problem, part) - other.tension(problem, part)).abs();
-    part.iter().map(of_recording).sum::<f64>() + strained
+    of(other) - of(one)
 }
 
 /// Whether the only mechanism of a model does more than chance, and is no trace that only a finer channel shows and no rest asks for.
@@ -203,7 +199,7 @@ fn is_no_chance(problem: &Problem, baseline: &Standing, trial: &Trial, part: Par
     let begun = &baseline.trial;
     let does_more =
         by_chance(problem, &begun.fit, &trial.fit).map_or(begun.bic - trial.bic >= ENOUGH, |p| p < BY_CHANCE);
-    let is_seen = || problem.channels.len() == 1 || apart(problem, &begun.fit, &trial.fit, part) > TRACE * TRACE;
+    let is_seen = || problem.channels.len() == 1 || shown(problem, &trial.fit, &begun.fit, part) > TRACE * TRACE;
     does_more && (baseline.asks() || is_seen())
 }
 
