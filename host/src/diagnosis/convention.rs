@@ -18,6 +18,7 @@
 use std::f64::consts::PI;
 use std::ops::Range;
 
+use nalgebra::{DMatrix, DVector};
 use thud_sim::rig::Quantity;
 
 use super::problem::{contact_time_s, median};
@@ -25,6 +26,10 @@ use crate::campaign::{Loaded, Observed, RigKind};
 
 /// Of the stated speed: what moves faster than this beside contact, comes or goes.
 const MOVES: f64 = 0.5;
+/// Of the stated speed: what falls and is slower than this so far from contact is not asked.
+const SLOWEST: f64 = 0.1;
+/// And so sure, in deviations, is that a dropped mass does not fall.
+const SURELY: f64 = 6.0;
 /// A contact begins half of its duration before its peak and ends as long after it; masses, springs and losses move that by less than another
 /// tenth, of which a gauge at rest would still show no half of the speed.
 const BESIDE_PEAK: f64 = 0.6;
@@ -38,28 +43,35 @@ pub(super) struct Convention {
     pub(super) quantity: Quantity,
     /// 1, or −1 where the column counts the other way round.
     pub(super) sign: f64,
+    /// Before contact, m/s²: gravity where the position of a dropped mass comes at a constant speed all the same, as a driven carriage does; else 0.
+    pub(super) lift_m_per_s2: f64,
 }
 
 /// Reads it from the column's name and, where that leaves it open, from the recordings.
 pub(super) fn convention(loaded: &Loaded, column: &str) -> Convention {
     let kind = loaded.campaign.rig.kind;
+    let known = |quantity: Quantity, sign: f64| Convention { quantity, sign, lift_m_per_s2: 0.0 };
     match Observed::ALL.into_iter().find(|observed| observed.column() == column) {
-        Some(Observed::Displacement) if kind == RigKind::Fall => {
-            Convention { quantity: Quantity::Position, sign: bent_downwards(loaded) }
+        Some(Observed::Displacement) if kind == RigKind::Fall => known(Quantity::Position, bent_downwards(loaded)),
+        Some(Observed::Displacement) => {
+            let quantity = displacement(loaded);
+            let is_lifted = kind == RigKind::Drop && quantity == Quantity::Position && comes_steadily(loaded);
+            let lift_m_per_s2 = if is_lifted { loaded.campaign.rig.gravity_along_impact_m_per_s2 } else { 0.0 };
+            Convention { lift_m_per_s2, ..known(quantity, 1.0) }
         }
-        Some(Observed::Displacement) => Convention { quantity: displacement(loaded), sign: 1.0 },
         // A height counts upwards, the motion downwards.
-        Some(Observed::Height) => Convention { quantity: Quantity::Position, sign: -1.0 },
+        Some(Observed::Height) => known(Quantity::Position, -1.0),
         Some(Observed::Acceleration) => {
             let sign = if kind == RigKind::Fall { fall_direction(loaded) } else { -direction(loaded) };
-            Convention { quantity: Quantity::Acceleration, sign }
+            known(Quantity::Acceleration, sign)
         }
-        Some(Observed::Force) | None => Convention { quantity: Quantity::CellForce, sign: 1.0 },
+        Some(Observed::Force) | None => known(Quantity::CellForce, 1.0),
     }
 }
 
 fn displacement(loaded: &Loaded) -> Quantity {
     let campaign = &loaded.campaign;
+    let gravity = if campaign.rig.kind == RigKind::Drop { campaign.rig.gravity_along_impact_m_per_s2 } else { 0.0 };
     let (mut comes, mut goes, mut heights) = (Vec::new(), Vec::new(), Vec::new());
     for (entry, recording) in campaign.recordings.iter().zip(&loaded.recordings) {
         let Some(values) = recording.channel(Observed::Displacement.column()) else { continue };
@@ -75,7 +87,10 @@ fn displacement(loaded: &Loaded) -> Quantity {
         let gone =
             until(times_s[farthest] + (BESIDE_PEAK + SHORTLY) * contact_time_s).max(left + FEWEST).min(values.len());
         let moves = |between: Range<usize>| Some(slope(&times_s[between.clone()], &values[between])? / speed);
-        comes.extend(moves(0..begun));
+        // What falls is slower before; so far from contact that it hardly has begun to fall, it tells nothing.
+        let later_s = times_s[met] - 0.5 * (times_s[0] + times_s[begun]);
+        let part = 1.0 - gravity * later_s / speed;
+        comes.extend(moves(0..begun).filter(|_| part > SLOWEST).map(|moves| moves / part));
         goes.extend(moves(left..gone).map(|moves| -moves));
         let rest = median(values[..met.max(1)].to_vec()).unwrap_or(0.0);
         heights.push((values[farthest] - rest) / (speed * contact_time_s / PI));
@@ -91,6 +106,40 @@ fn displacement(loaded: &Loaded) -> Quantity {
         Some(height) if stroke_of_depth < 1.0 && height > stroke_of_depth.sqrt() => Quantity::Depth,
         _ => Quantity::Stroke,
     }
+}
+
+/// Whether the position of a dropped mass comes at a constant speed, surely and nearer to that than to falling.
+fn comes_steadily(loaded: &Loaded) -> bool {
+    let campaign = &loaded.campaign;
+    let mut squares = 0.0;
+    let mut weighted = 0.0;
+    for (entry, recording) in campaign.recordings.iter().zip(&loaded.recordings) {
+        let Some(values) = recording.channel(Observed::Displacement.column()) else { continue };
+        let times_s = recording.times_s();
+        let Some(farthest) = (0..values.len()).max_by(|a, b| values[*a].total_cmp(&values[*b])) else { continue };
+        let beside_s = BESIDE_PEAK * contact_time_s(&campaign.rig, entry.effective_mass_kg.value);
+        let met = times_s.partition_point(|time| *time < times_s[farthest] - beside_s);
+        let Some((bend, deviation)) = bend(&times_s[..met], &values[..met]) else { continue };
+        squares += deviation.powi(-2);
+        weighted += bend * deviation.powi(-2);
+    }
+    let (mean, deviation) = (weighted / squares, squares.sqrt().recip());
+    let gravity = campaign.rig.gravity_along_impact_m_per_s2;
+    squares > 0.0 && mean < 0.5 * gravity && gravity - mean > SURELY * deviation
+}
+
+/// The acceleration of a way, m/s², and its standard deviation if what is left scatters by itself; `None` of too few samples.
+fn bend(times_s: &[f64], values: &[f64]) -> Option<(f64, f64)> {
+    if times_s.len() < FEWEST {
+        return None;
+    }
+    let begin_s = times_s[0];
+    let powers = DMatrix::from_fn(times_s.len(), 3, |row, power| (times_s[row] - begin_s).powi(power as i32));
+    let values = DVector::from_column_slice(values);
+    let inverse = powers.tr_mul(&powers).try_inverse()?;
+    let way = &inverse * powers.tr_mul(&values);
+    let variance = (&values - &powers * &way).norm_squared() / (times_s.len() - 3) as f64;
+    Some((2.0 * way[2], 2.0 * (variance * inverse[(2, 2)]).sqrt().max(f64::MIN_POSITIVE)))
 }
 
 /// 1 or −1: whereto the pulses of the observed channel point.

@@ -112,6 +112,7 @@ pub fn read(
         values.resize(from + shown_s.len(), 0.0);
         let series = &mut values[from..];
         impact.sample_into(channel.quantity, &shown_s, series);
+        lifted(series, channel, &shown_s);
         bent(series, channel.quantity, impact, &shown_s, &bends, prepared);
         let zero = layout.local(point, recording, Role::Offset(number)).unwrap_or(0.0);
         averaged(series, &bends, converter_s2(layout, point, prepared));
@@ -134,6 +135,7 @@ pub fn raw(problem: &Problem, layout: &Layout, point: &Point, recording: usize) 
     let channel = &problem.channels[0];
     let shown_s = impact.shown_s(&since_s);
     let mut values = impact.sample(channel.quantity, &shown_s);
+    lifted(&mut values, channel, &shown_s);
     let zero = layout.local(point, recording, Role::Offset(0)).unwrap_or(0.0);
     averaged(&mut values, &bends(&shown_s), converter_s2(layout, point, prepared));
     felt(channel, &impact, &shown_s, zero, &mut values);
@@ -141,6 +143,14 @@ pub fn raw(problem: &Problem, layout: &Layout, point: &Point, recording: usize) 
     values.truncate(since_s.len());
     values.iter_mut().for_each(|value| *value += zero);
     Some(values)
+}
+
+/// Before contact a carriage may come at a constant speed and not as it falls.
+fn lifted(series: &mut [f64], channel: &ChannelModel, since_s: &[f64]) {
+    if channel.lift_m_per_s2 != 0.0 {
+        let before = series.iter_mut().zip(since_s).take_while(|(_, since_s)| **since_s < 0.0);
+        before.for_each(|(value, since_s)| *value -= 0.5 * channel.lift_m_per_s2 * since_s * since_s);
+    }
 }
 
 /// Where robot and rig touch or part, or what falls is let go, a curve is bent in one place: of the blocks there the second difference says

@@ -84,6 +84,8 @@ pub struct ChannelModel {
     pub sign: f64,
     /// What 1 of its unit stands for in the measuring chain, N; none: it does not come by way of that.
     pub newtons: Option<f64>,
+    /// What holds a dropped mass up before contact, m/s²: gravity where its position comes at a constant speed, else 0.
+    pub lift_m_per_s2: f64,
 }
 
 /// A recording, ready to be fitted.
@@ -277,6 +279,11 @@ impl Problem {
             }
         }
         let conventions: Vec<Convention> = columns.iter().map(|column| convention(loaded, column)).collect();
+        if conventions.iter().any(|convention| convention.lift_m_per_s2 != 0.0) {
+            notes.push(Note::general(
+                "the position comes at a constant speed before contact, as nothing that falls does; gravity counts from contact on",
+            ));
+        }
         let comes: Vec<bool> =
             conventions.iter().map(|convention| comes(convention.quantity, campaign.rig.kind)).collect();
         let mut prepared = Vec::new();
@@ -391,11 +398,12 @@ impl Problem {
             .iter()
             .zip(&conventions)
             .enumerate()
-            .map(|(number, (column, Convention { quantity, sign }))| ChannelModel {
+            .map(|(number, (column, Convention { quantity, sign, lift_m_per_s2 }))| ChannelModel {
                 column: column.clone(),
                 quantity: *quantity,
                 sign: *sign,
                 newtons: (number == chained).then(|| newtons(campaign, *quantity)),
+                lift_m_per_s2: *lift_m_per_s2,
             })
             .collect();
         let mass_sd = mass_sd.into_iter().map(|(sum, count)| sum / count.max(1) as f64).collect();
