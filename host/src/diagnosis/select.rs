@@ -520,7 +520,8 @@ impl Selecting<'_> {
             }
             // A further one has to be worth something beside what is explained already: no rig is quite like its equations.
             let asks = number == 0 || here.asks();
-            let enough = if asks { ENOUGH } else { UNASKED } + FURTHER * self.approximated(&here);
+            let least = if asks { ENOUGH } else { UNASKED };
+            let enough = least + FURTHER * self.approximated(&here);
             // Where little is left a tangent is to be believed, unless it promises more than there is.
             let left = here.trial.fit.cost - LEAST_NOISE * self.problem.rows() as f64;
             let hopeless = (HOPELESS * enough).min(ALIKE);
@@ -534,7 +535,11 @@ impl Selecting<'_> {
             let trials = refit(self.problem, &here.trial.fit, &scores, here.rest, breadth, self.part, wanted);
             let is_enough = |trial: &&Trial| match number {
                 0 => is_no_chance(self.problem, &here, trial, self.part),
-                _ => here.trial.bic - trial.bic >= enough || self.solves(&here, trial),
+                _ => {
+                    here.trial.bic - trial.bic >= enough
+                        || self.is_seen(&here.trial, trial, least, FURTHER)
+                        || self.solves(&here, trial)
+                }
             };
             let worthy = trials.iter().filter(is_enough);
             let Some(next) = worthy.min_by(|a, b| self.burden(a).total_cmp(&self.burden(b))) else {
@@ -715,6 +720,15 @@ impl Selecting<'_> {
             })
     }
 
+    /// Whether what is observed alone, beside further channels, shows that a larger model is worth it: this much and this part of what the smaller one
+    /// has gained there. A gauge of 10 µm beside a long free flight gains a hundred times as much as the force does, and 2 % of that is all.
+    fn is_seen(&self, smaller: &Trial, larger: &Trial, least: f64, part: f64) -> bool {
+        let shows = |one: &Fit, other: &Fit| shown(self.problem, one, other, self.part);
+        self.problem.channels.len() > 1
+            && smaller.bic - larger.bic >= least
+            && shows(&larger.fit, &smaller.fit) >= least + part * shows(&smaller.fit, &self.retuned.trial.fit).max(0.0)
+    }
+
     /// The model with only those of its mechanisms that are needed beside the others.
     fn needed(&self, mut here: Standing) -> Option<Standing> {
         let is_solved =
@@ -724,7 +738,9 @@ impl Selecting<'_> {
         while here.mechanisms() > 1 {
             let smaller = here.fewer.iter().flatten().min_by(|a, b| a.bic.total_cmp(&b.bic));
             match smaller {
-                Some(trial) if trial.bic < here.trial.bic + enough => {
+                Some(trial)
+                    if trial.bic < here.trial.bic + enough && !self.is_seen(trial, &here.trial, ENOUGH, part) =>
+                {
                     here = Standing::of(self.problem, trial.clone(), self.part)?;
                 }
                 _ => break,
