@@ -264,12 +264,12 @@ impl Mechanism {
         self.site == Site::Chain
     }
 
-    /// Whether the place of what falls can show it, as a video gives it: of the measuring chain neither what is in newtons, since none stand
-    /// for a place, nor the charge of a piezoelectric cell.
+    /// Whether the place of what falls can show it, as a video or a laser gives it: of the measuring chain neither what is in newtons, since none stand
+    /// for a place (but the mains, which hum in a laser's chain as well), nor the charge of a piezoelectric cell.
     #[must_use]
     pub fn is_seen_in_place(&self) -> bool {
         let is_in_newtons = self.parameters.iter().any(|parameter| matches!(parameter.unit, "N" | "N/s"));
-        !self.is_seen_only() || !(is_in_newtons || self.id == "piezo-discharge")
+        !self.is_seen_only() || self.id == "mains-hum" || !(is_in_newtons || self.id == "piezo-discharge")
     }
 
     /// Whether it can be in an experiment of this kind.

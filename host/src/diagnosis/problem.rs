@@ -16,6 +16,7 @@ use thud_sim::rig::Quantity;
 use super::convention::{Convention, convention};
 use super::noise::Noise;
 use super::predict::bends;
+use super::spectrum::without_mains;
 use super::{DiagnosisError, Note};
 use crate::campaign::{Campaign, Estimate, Loaded, Observed, Rig, RigKind};
 use crate::decimal::significant;
@@ -665,7 +666,7 @@ impl Raw<'_> {
                     // What falls is never quiet, but smooth.
                     let (noise, let_go) = beside_course(channel, n);
                     release = let_go;
-                    noise
+                    if even { without_mains(&noise, self.interval_s.recip()) } else { noise }
                 } else if *comes {
                     without_way(&self.times_s[..quiet.len()], quiet, contact_guess_s)
                 } else {

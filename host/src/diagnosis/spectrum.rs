@@ -101,13 +101,47 @@ fn of_quiet(stretches: &[(Vec<f64>, f64)]) -> Hum {
 
 /// The sum of squares of a sine and a cosine of so many periods over a stretch, beside its mean and its slope.
 fn line(values: &[f64], periods: f64) -> f64 {
-    let forms = DMatrix::from_fn(values.len(), 4, |place, form| {
-        let along = place as f64 / (values.len() - 1) as f64;
+    let lines = basis(values.len(), periods).tr_mul(&DVector::from_column_slice(values));
+    lines.iter().skip(2).map(|line| line * line).sum()
+}
+
+/// A mean, a slope, and a sine and a cosine of so many periods over so many values, orthonormal.
+fn basis(values: usize, periods: f64) -> DMatrix<f64> {
+    let forms = DMatrix::from_fn(values, 4, |place, form| {
+        let along = place as f64 / (values - 1) as f64;
         let angle = std::f64::consts::TAU * periods * along;
         [1.0, along, angle.cos(), angle.sin()][form]
     });
-    let lines = forms.qr().q().tr_mul(&DVector::from_column_slice(values));
-    lines.iter().skip(2).map(|line| line * line).sum()
+    forms.qr().q()
+}
+
+/// Values at so many a second without their strongest line of the mains or of its second and third harmonics, where one stands out of what is beside it:
+/// what hums is no noise.
+#[must_use]
+pub fn without_mains(values: &[f64], rate_hz: f64) -> Vec<f64> {
+    let lasts_s = (values.len().max(2) - 1) as f64 / rate_hz;
+    let near = |hz: f64| {
+        // The mains keep to 0.2 Hz, and a line is as wide as its length resolves.
+        let steps = -4..=4;
+        let at = steps.map(|step| (hz * lasts_s + 0.25 * f64::from(step)).max(PERIODS));
+        let tried = at.map(|periods| (periods, line(values, periods)));
+        tried.max_by(|a, b| a.1.total_cmp(&b.1)).expect("nine are tried")
+    };
+    let stands_out = |(periods, power): &(f64, f64)| {
+        let beside: Vec<f64> =
+            BESIDE.iter().filter(|by| periods + **by >= PERIODS).map(|by| line(values, periods + by)).collect();
+        let level = beside.iter().sum::<f64>() / (2 * beside.len().max(1)) as f64;
+        let by_chance = FisherSnedecor::new(2.0, 2.0 * beside.len().max(1) as f64).ok().filter(|_| level > 0.0);
+        by_chance.is_some_and(|by_chance| by_chance.sf(0.5 * power / level) < UNLIKELY)
+    };
+    let lines = MAINS_HZ.iter().flat_map(|hz| [1.0, 2.0, 3.0].map(|order| hz * order));
+    let seen = lines.filter(|hz| *hz <= 0.5 * rate_hz && hz * lasts_s >= 4.0).map(near).filter(stands_out);
+    let Some((periods, _)) = seen.max_by(|a, b| a.1.total_cmp(&b.1)) else { return values.to_vec() };
+    let of_line = basis(values.len(), periods);
+    let values = DVector::from_column_slice(values);
+    let of_line = of_line.columns(2, 2);
+    let hum = of_line * of_line.tr_mul(&values);
+    (values - hum).iter().copied().collect()
 }
 
 /// Frequencies, Hz, and the power of whitened residuals of all recordings together, over that of noise.
@@ -188,5 +222,23 @@ mod tests {
             assert!(hum.p_value > 1e-3, "{hum:?}");
         }
         assert!(!of_quiet(&[]).is_there() && !of_quiet(&[(vec![1.0; 10], 0.002)]).is_there());
+    }
+
+    /// 0.8 s at 500 Hz.
+    #[test]
+    fn what_hums_beside_noise_is_taken_out_and_nothing_else() {
+        let noise = coloured(400, 5);
+        let with = |amplitude: f64, hz: f64| {
+            let line = |place: usize| (std::f64::consts::TAU * hz * place as f64 / 500.0 + 0.7).sin();
+            noise.iter().enumerate().map(|(place, noise)| noise + amplitude * line(place)).collect::<Vec<_>>()
+        };
+        let square = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
+        for hz in [49.9, 60.1, 150.0] {
+            let left = square(&without_mains(&with(2.0, hz), 500.0)) / square(&noise);
+            assert!((left - 1.0).abs() < 0.05, "{hz} Hz: {left}");
+        }
+        for other in [with(0.0, 50.0), with(2.0, 83.0)] {
+            assert_eq!(without_mains(&other, 500.0), other);
+        }
     }
 }
