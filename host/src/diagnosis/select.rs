@@ -31,7 +31,7 @@ use super::screen::{Screened, screen};
 use super::spectrum::{Hum, hum};
 use super::strangers::strangers;
 use super::unfold::{touching_again, unfolded};
-use super::verdict::{SIGNIFICANT, UNLIKELY, WORTH, remains};
+use super::verdict::{IMPOSSIBLE, SIGNIFICANT, UNLIKELY, WORTH, remains};
 
 /// The first mechanism must take more off χ² than chance does in one trial of so many; thirty mechanisms are tried, from several starts
 /// each. Of 515 campaigns with traces of the usual imperfections one had a fall rarer than that, of one in 50,000, and none of 80 of another simulator; of
@@ -678,6 +678,8 @@ impl Selecting<'_> {
         let trial = self.differently(here.trial.clone());
         let enough = match added(&here.trial.fit).scope {
             Scope::EachRecording(_) => 0.0,
+            // On a rig that is not the stated one it is alike only by what it makes of the masses.
+            _ if here.trial.fit.strayed() > IMPOSSIBLE => ENOUGH,
             _ if here.asks() => ENOUGH + FURTHER * self.gained(&here.trial),
             _ => UNASKED + FURTHER * self.gained(&here.trial),
         };
