@@ -62,6 +62,10 @@ pub const WITHIN_REACH: f64 = 12.0;
 const UNCONVERGED: f64 = 1.0;
 /// How often a model grows and its mechanisms are exchanged for better ones.
 const ROUNDS: usize = 2;
+/// What explains all but this part of what the first does may be the right one of two.
+const NEARLY: f64 = 0.05;
+/// The most of these that a second one is sought beside.
+const NEAREST: usize = 2;
 /// The most mechanisms in one model.
 const MOST_MECHANISMS: usize = 3;
 
@@ -269,10 +273,12 @@ pub fn select(
         most: MOST_MECHANISMS,
         to_beat: f64::INFINITY,
         screened: Vec::new(),
+        firsts: Vec::new(),
         rivals: Vec::new(),
         met: Vec::new(),
     };
     let here = selecting.settled(selecting.retuned.clone(), progress)?;
+    let here = selecting.begun_otherwise(here, progress)?;
     let here = selecting.revised(here, progress)?;
     let here = selecting.paired(here, progress)?;
     let here = selecting.steadied(here, progress)?;
@@ -295,6 +301,8 @@ struct Selecting<'a> {
     to_beat: f64,
     /// Scores against the baseline.
     screened: Vec<Screened>,
+    /// What each mechanism alone came to when the first was chosen.
+    firsts: Vec<Trial>,
     rivals: Vec<(usize, Trial)>,
     /// Rivals that were found before.
     met: Vec<Met>,
@@ -400,6 +408,45 @@ impl Selecting<'_> {
         Some(needed)
     }
 
+    /// Where more than one is named, the second is sought beside each of those as well that came nearest to the first: of two that are hidden each may be
+    /// imitated by a third, and what that leaves leads astray.
+    fn begun_otherwise(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
+        if from.mechanisms() < 2 {
+            return Some(from);
+        }
+        let lowest = self.firsts.iter().map(|first| first.fit.cost).fold(f64::INFINITY, f64::min);
+        let reach = WITHIN_REACH.max(NEARLY * (self.retuned.trial.fit.cost - lowest));
+        let is_new = |first: &&Trial| {
+            let added = added(&first.fit);
+            first.fit.cost - lowest < reach
+                && !added.is_loose()
+                && from.entrants().iter().all(|entrant| entrant.effect.mechanism().id != added.effect.mechanism().id)
+        };
+        let mut firsts: Vec<Trial> = self.firsts.iter().filter(is_new).cloned().collect();
+        firsts.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+        firsts.dedup_by_key(|first| added(&first.fit).effect.mechanism().id);
+        firsts.truncate(NEAREST);
+        let mut here = from;
+        for first in firsts {
+            progress("is it another two");
+            let begun = Standing::of(self.problem, first, self.part)?;
+            let rivals = std::mem::take(&mut self.rivals);
+            let (most, to_beat) = (self.most, self.to_beat);
+            (self.most, self.to_beat) = (2, self.burden(&here.trial));
+            let grown = self.grow(begun, progress);
+            (self.most, self.to_beat) = (most, to_beat);
+            let grown = grown?;
+            let leaves = |standing: &Standing| remains(&self.selection(standing.clone()));
+            let is_better = self.is_lighter(&grown.trial, &here.trial) && (leaves(&here) || !leaves(&grown));
+            if is_better {
+                here = self.settled(grown, progress)?;
+            } else {
+                self.rivals = rivals;
+            }
+        }
+        Some(here)
+    }
+
     /// Where something is left, or more is named than one steady mechanism, every one is begun anew: the fit may have gone astray, not
     /// the list.
     fn revised(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
@@ -492,6 +539,7 @@ impl Selecting<'_> {
                 most: MOST_MECHANISMS.min(here.mechanisms() + 1),
                 to_beat: self.burden(&here.trial),
                 screened: Vec::new(),
+                firsts: Vec::new(),
                 rivals: Vec::new(),
                 met: Vec::new(),
                 ..*self
@@ -533,6 +581,9 @@ impl Selecting<'_> {
             let wanted = if last { self.to_beat } else { f64::INFINITY };
             let breadth = if number == 0 && !here.asks() { Breadth::FAINT } else { Breadth::MORE };
             let trials = refit(self.problem, &here.trial.fit, &scores, here.rest, breadth, self.part, wanted);
+            if number == 0 {
+                self.firsts.clone_from(&trials);
+            }
             let is_enough = |trial: &&Trial| match number {
                 0 => is_no_chance(self.problem, &here, trial, self.part),
                 _ => {
