@@ -122,10 +122,9 @@ pub fn without_mains(values: &[f64], rate_hz: f64) -> Vec<f64> {
     let lasts_s = (values.len().max(2) - 1) as f64 / rate_hz;
     let near = |hz: f64| {
         // The mains keep to 0.2 Hz, and a line is as wide as its length resolves.
-        let steps = -4..=4;
-        let at = steps.map(|step| (hz * lasts_s + 0.25 * f64::from(step)).max(PERIODS));
+        let at = (-20..=20).map(|step| (hz * lasts_s + 0.05 * f64::from(step)).max(PERIODS));
         let tried = at.map(|periods| (periods, line(values, periods)));
-        tried.max_by(|a, b| a.1.total_cmp(&b.1)).expect("nine are tried")
+        tried.max_by(|a, b| a.1.total_cmp(&b.1)).expect("many are tried")
     };
     let stands_out = |(periods, power): &(f64, f64)| {
         let beside: Vec<f64> =
