@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 use std::mem;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::assembly::{Stage, ahead_s};
 use super::integrate::Effort;
@@ -26,7 +26,8 @@ struct Motion {
     trajectory: Trajectory,
     intervals: Vec<(f64, Option<f64>)>,
     necks: Vec<Neck>,
-    returns: Vec<Return>,
+    /// Found when they are asked for: mostly the force is all that is read, and it shows few of them.
+    returns: OnceLock<Vec<Return>>,
     until_s: f64,
     effort: Effort,
 }
@@ -106,21 +107,25 @@ pub struct Truth {
 }
 
 impl Motion {
+    /// When robot and rig part, and when they touch again (infinity: not any more), s.
+    fn separations(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        let touched_again_s = self.intervals.iter().skip(1).map(|(from_s, _)| *from_s).chain([f64::INFINITY]);
+        self.intervals.iter().zip(touched_again_s).filter_map(|((_, end_s), until_s)| Some(((*end_s)?, until_s)))
+    }
+
     /// One for each separation of a pad that sticks: the tension falls as the robot goes away.
     fn necks(&self) -> Vec<Neck> {
         let touched = self.system.assembly.touched();
         if touched.pull_off_n == 0.0 || touched.neck_m == 0.0 {
             return Vec::new();
         }
-        let touched_again_s = self.intervals.iter().skip(1).map(|(from_s, _)| *from_s).chain([f64::INFINITY]);
-        let separations = self.intervals.iter().zip(touched_again_s);
         let neck = |(from_s, until_s): (f64, f64)| {
             let mut state = [0.0; MOST_STATES];
             self.trajectory.state(self.trajectory.find(from_s), from_s, &mut state);
             let lasts_s = touched.neck_m / state[1].abs().max(SLOWEST_M_PER_S);
             Neck { from_s, lasts_s, until_s, pull_n: touched.pull_off_n }
         };
-        separations.filter_map(|((_, end_s), until_s)| Some(((*end_s)?, until_s))).map(neck).collect()
+        self.separations().map(neck).collect()
     }
 
     /// What pulls at an instant, N: from the piece to the robot, and on the cell.
@@ -134,7 +139,7 @@ impl Motion {
 
     /// One for each separation from springs that are still pressed then: contact ends where they give no force, and what takes it from
     /// them, a dashpot or air, holds them up. The logarithm of the stroke falls steadily behind a dashpot.
-    fn returns(&self) -> Vec<Return> {
+    fn find_returns(&self) -> Vec<Return> {
         let assembly = &self.system.assembly;
         let slowed = assembly.spring.damping_ns_per_m > 0.0
             || assembly.across_ns_per_m > 0.0
@@ -143,8 +148,6 @@ impl Motion {
         if !slowed || assembly.kind == Kind::Fall {
             return Vec::new();
         }
-        let touched_again_s = self.intervals.iter().skip(1).map(|(from_s, _)| *from_s).chain([f64::INFINITY]);
-        let separations = self.intervals.iter().zip(touched_again_s);
         let course = |from_s: f64, until_s: f64| {
             let after = self.trajectory.find(from_s);
             let last = &self.trajectory.stretches()[after.checked_sub(1)?];
@@ -169,11 +172,8 @@ impl Motion {
             }
             Some(course)
         };
-        separations
-            .filter_map(|((_, end_s), until_s)| {
-                let from_s = (*end_s)?;
-                Some(Return { from_s, until_s, course: course(from_s, until_s)? })
-            })
+        self.separations()
+            .filter_map(|(from_s, until_s)| Some(Return { from_s, until_s, course: course(from_s, until_s)? }))
             .collect()
     }
 
@@ -187,14 +187,27 @@ impl Motion {
             (time_s < way.until_s).then(|| ((at + part * (to - at)).exp(), at_n + part * (to_n - at_n)))
         };
         self.returns
+            .get_or_init(|| self.find_returns())
             .iter()
             .filter_map(of)
             .fold((0.0, 0.0), |sum, (stroke_m, cell_n)| (sum.0 + stroke_m, sum.1 + cell_n))
     }
 
+    /// Whether the cell bears anything besides what the motion's states say.
+    fn lingers(&self) -> bool {
+        !self.necks.is_empty() || self.shows_returns()
+    }
+
+    /// Whether the cell feels springs come back: all that slows them stands on it, but for air beside it.
+    fn shows_returns(&self) -> bool {
+        let guide = &self.system.assembly.guide;
+        guide.air_ns2_per_m2 > 0.0 && guide.air_cell_share < 1.0
+    }
+
     /// What the cell bears at an instant besides what the motion's states say, N.
     fn lingering_n(&self, time_s: f64) -> f64 {
-        self.returning(time_s).1 - self.neck_n(time_s)
+        let returning_n = if self.shows_returns() { self.returning(time_s).1 } else { 0.0 };
+        returning_n - self.neck_n(time_s)
     }
 }
 
@@ -209,9 +222,8 @@ impl Impact {
         let chain = mem::take(&mut system.assembly.chain);
         let log = mem::take(&mut system.assembly.log);
         let mut motion =
-            Motion { system, trajectory, intervals, necks: Vec::new(), returns: Vec::new(), until_s, effort };
+            Motion { system, trajectory, intervals, necks: Vec::new(), returns: OnceLock::new(), until_s, effort };
         motion.necks = motion.necks();
-        motion.returns = motion.returns();
         Self { motion: Arc::new(motion), chain, log }
     }
 
@@ -296,7 +308,7 @@ impl Impact {
             let (here_s, here) = (&times_s[..inside], &mut values[..inside]);
             if quantity == Quantity::CellForce {
                 self.motion.trajectory.cell_n(stretch, here_s, here);
-                if !self.motion.necks.is_empty() || !self.motion.returns.is_empty() {
+                if self.motion.lingers() {
                     here.iter_mut().zip(here_s).for_each(|(value, time_s)| *value += self.motion.lingering_n(*time_s));
                 }
             } else {

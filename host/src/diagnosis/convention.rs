@@ -77,7 +77,7 @@ fn displacement(loaded: &Loaded) -> Quantity {
         let Some(values) = recording.channel(Observed::Displacement.column()) else { continue };
         let times_s = recording.times_s();
         let speed = entry.impact_speed_m_per_s.value;
-        let Some(farthest) = (0..values.len()).max_by(|a, b| values[*a].total_cmp(&values[*b])) else { continue };
+        let Some(farthest) = highest(values) else { continue };
         let contact_time_s = contact_time_s(&campaign.rig, entry.effective_mass_kg.value);
         let until = |time_s: f64| times_s.partition_point(|time| *time < time_s);
         let met = until(times_s[farthest] - BESIDE_PEAK * contact_time_s);
@@ -116,7 +116,7 @@ fn comes_steadily(loaded: &Loaded) -> bool {
     for (entry, recording) in campaign.recordings.iter().zip(&loaded.recordings) {
         let Some(values) = recording.channel(Observed::Displacement.column()) else { continue };
         let times_s = recording.times_s();
-        let Some(farthest) = (0..values.len()).max_by(|a, b| values[*a].total_cmp(&values[*b])) else { continue };
+        let Some(farthest) = highest(values) else { continue };
         let beside_s = BESIDE_PEAK * contact_time_s(&campaign.rig, entry.effective_mass_kg.value);
         let met = times_s.partition_point(|time| *time < times_s[farthest] - beside_s);
         let Some((bend, deviation)) = bend(&times_s[..met], &values[..met]) else { continue };
@@ -200,6 +200,11 @@ fn of_most(signs: impl Iterator<Item = f64>) -> f64 {
 /// How many values are a twentieth of all; one at least, where there is one.
 fn a_twentieth(values: &[f64]) -> usize {
     (values.len() / 20).max(1).min(values.len())
+}
+
+/// The place of the highest value; `None` of none.
+fn highest(values: &[f64]) -> Option<usize> {
+    (0..values.len()).max_by(|a, b| values[*a].total_cmp(&values[*b]))
 }
 
 /// Slope of the straight line; `None` of fewer than eight samples.

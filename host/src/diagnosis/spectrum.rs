@@ -86,9 +86,7 @@ fn of_quiet(stretches: &[(Vec<f64>, f64)]) -> Hum {
         let (line, forms) = power(hz, 0.0);
         let around = BESIDE.map(|beside| power(hz, beside));
         let (noise, of_noise) = around.into_iter().fold((0.0, 0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
-        let level = noise / of_noise.max(1) as f64;
-        let by_chance = FisherSnedecor::new(forms as f64, of_noise as f64).ok().filter(|_| level > 0.0);
-        let p_value = by_chance.map_or(1.0, |by_chance| by_chance.sf(line / forms as f64 / level));
+        let (level, p_value) = by_chance((line, forms), (noise, of_noise));
         Hum {
             hz,
             band_hz: [hz - resolved_hz, hz + resolved_hz],
@@ -97,6 +95,13 @@ fn of_quiet(stretches: &[(Vec<f64>, f64)]) -> Hum {
         }
     });
     of_mains.into_iter().min_by(|a, b| a.p_value.total_cmp(&b.p_value)).expect("the mains have a frequency")
+}
+
+/// What each form beside a line has, and the probability that the line has as much by chance; of both the sum of squares and the number of forms.
+fn by_chance((line, forms): (f64, usize), (noise, of_noise): (f64, usize)) -> (f64, f64) {
+    let level = noise / of_noise.max(1) as f64;
+    let distribution = FisherSnedecor::new(forms as f64, of_noise as f64).ok().filter(|_| level > 0.0);
+    (level, distribution.map_or(1.0, |distribution| distribution.sf(line / forms as f64 / level)))
 }
 
 /// The sum of squares of a sine and a cosine of so many periods over a stretch, beside its mean and its slope.
@@ -129,9 +134,7 @@ pub fn without_mains(values: &[f64], rate_hz: f64) -> Vec<f64> {
     let stands_out = |(periods, power): &(f64, f64)| {
         let beside: Vec<f64> =
             BESIDE.iter().filter(|by| periods + **by >= PERIODS).map(|by| line(values, periods + by)).collect();
-        let level = beside.iter().sum::<f64>() / (2 * beside.len().max(1)) as f64;
-        let by_chance = FisherSnedecor::new(2.0, 2.0 * beside.len().max(1) as f64).ok().filter(|_| level > 0.0);
-        by_chance.is_some_and(|by_chance| by_chance.sf(0.5 * power / level) < UNLIKELY)
+        by_chance((*power, 2), (beside.iter().sum(), 2 * beside.len())).1 < UNLIKELY
     };
     let lines = MAINS_HZ.iter().flat_map(|hz| [1.0, 2.0, 3.0].map(|order| hz * order));
     let seen = lines.filter(|hz| *hz <= 0.5 * rate_hz && hz * lasts_s >= 4.0).map(near).filter(stands_out);
