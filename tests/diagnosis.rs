@@ -571,6 +571,37 @@ fn each_recording_loses_as_many_samples_as_it_does() {
     assert!(number(&answer["model"], "noise_ratio") < 1.05, "{answer}");
 }
 
+/// A block of nine samples each time: twice in one recording, three times in another, once in a third and never in the fourth.
+#[test]
+fn a_recording_may_lose_samples_several_times() {
+    let folder = TempDir::new().unwrap();
+    campaign(&folder, "dropped", &[&RIG[..], &["--seed", "3"]].concat());
+    let recordings = folder.path().join("dropped/recordings");
+    let mut files: Vec<_> = std::fs::read_dir(&recordings).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    let highest = |file: &Path| {
+        let text = std::fs::read_to_string(file).unwrap();
+        let forces = text.lines().skip(1).map(|line| line.rsplit_once(',').unwrap().1.parse::<f64>().unwrap());
+        forces.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap().0
+    };
+    // The last first: what is lost moves what comes later.
+    for (file, gaps) in [(0, &[12, -12][..]), (1, &[14, 2, -14]), (2, &[6])] {
+        let peak = highest(&files[file]);
+        gaps.iter().for_each(|from| lose(&files[file], peak.strict_add_signed(*from), 9));
+    }
+    let few = ["--only", "clearance", "--only", "pad-relaxation", "--only", "hardening", "--only", "lost-samples"];
+    let text = succeeds(&folder, &[&["diagnose", "dropped", "--json", "-"], &few[..]].concat());
+    let answer: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(answer["verdict"], "named", "{answer}");
+    let [only] = &answer["mechanisms"].as_array().unwrap()[..] else { panic!("{answer}") };
+    assert_eq!(only["id"], "lost-samples", "{answer}");
+    assert!((value_of(only, "lost_s") * 2000.0 - 9.0).abs() < 0.3, "{answer}");
+    let mut instants_s = ["at_s", "second_s", "third_s"].map(|name| value_of(only, name));
+    instants_s.sort_by(f64::total_cmp);
+    assert!(instants_s[2] < 0.1, "all three are within the contact: {answer}");
+    assert!(number(&answer["model"], "noise_ratio") < 1.05, "{answer}");
+}
+
 /// Where samples were lost is each recording's own: the model's instant is not theirs.
 #[test]
 fn a_model_with_an_instant_of_each_impact_finds_it_in_each_recording() {

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use super::Mechanism;
+use super::{Mechanism, Search};
 
 /// A mechanism with a value for each of its parameters.
 #[derive(Clone, Debug)]
@@ -96,6 +96,13 @@ impl Effect {
     #[must_use]
     pub fn is_null(&self) -> bool {
         self.mechanism.parameters[0].null == Some(self.values[0])
+    }
+
+    /// Whether the parameter in this place does anything: what happens again has an instant only where it does.
+    #[must_use]
+    pub fn takes_part(&self, place: usize) -> bool {
+        let parameter = &self.mechanism.parameters[place];
+        parameter.search != Search::Again || self.values[place] < parameter.range.1
     }
 
     /// Whether both are in the same form of one mechanism, if it has several.

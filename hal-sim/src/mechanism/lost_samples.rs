@@ -1,10 +1,11 @@
-//! The log has lost a run of samples: it has closed the gap, so that what came later stands too early, or filled it with the last value or
-//! with nought.
+//! The log has lost a run of samples, or several: it has closed the gap, so that what came later stands too early, or filled it with the last
+//! value or with nought.
 //!
 //! y(t) = F(t) before t_j, F(t + T) from there on, t counted from the first contact; the logger's time is the number
 //! of the sample over the rate, so that T is the lost samples over the rate, and the last sample shows what happened T later. Where the gap is
 //! `filled`, y(t) = F(t_j) or 0 for t_j ≤ t < t_j + T and F(t) again after that. Where it happens is each impact's own. A sample stands for the time around it, half of the way to its
-//! neighbours: where an edge falls into that it is a mixture, and y a continuous function of t_j and T. (Lost samples whose places stayed
+//! neighbours: where an edge falls into that it is a mixture, and y a continuous function of t_j and T. A logger loses blocks, so that the second and
+//! third gap of a recording are as long as its first; each closes or fills what those before it have left, F being that. (Lost samples whose places stayed
 //! empty are uneven sampling, which is seen without a model.)
 //!
 //! Source: dropped blocks of streaming loggers, whose readers count samples or repeat the last one.
@@ -20,7 +21,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     exact: false,
     by_configuration: &[],
     by_recording: &["lost_s"],
-    equation: "y(t) = F(t) for t < t_j, F(t + T) for t ≥ t_j; where the gap is filled F(t_j) or 0 for t_j ≤ t < t_j + T only",
+    equation: "y(t) = F(t) for t < t_j, F(t + T) for t ≥ t_j; where the gap is filled F(t_j) or 0 for t_j ≤ t < t_j + T only; again at each further gap",
     source: "dropped blocks of a streaming logger, whose time is a count of samples, which repeats the last one or reads a cleared buffer",
     parameters: &[
         Parameter {
@@ -34,22 +35,14 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Logarithmic,
             search: Search::Strength,
         },
-        Parameter {
-            name: "at_s",
-            unit: "s",
-            meaning: "where, after the first contact",
-            null: None,
-            range: (-1.0, 10.0),
-            plausible: (0.0, 0.1),
-            typical: 0.015,
-            scale: Scale::Linear,
-            search: Search::EachInstant,
-        },
+        Parameter { name: "at_s", meaning: "where, after the first contact", ..INSTANT },
         Parameter {
             name: "filled",
             meaning: "what became of the gap: 0 closed, 1 filled with the last value, 2 with nought",
             ..Parameter::ONE_OF_THREE
         },
+        Parameter { name: "second_s", meaning: "where a second time, as much; at 10 s nowhere", ..AGAIN },
+        Parameter { name: "third_s", meaning: "where a third time, as much; at 10 s nowhere", ..AGAIN },
     ],
     signature: "a jump between two samples in proportion to the slope there; nothing before, a shift afterwards, or a step that ends in a jump",
     confused_with: &["stiction", "collision-reaction"],
@@ -57,14 +50,35 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     enter,
 };
 
+const INSTANT: Parameter = Parameter {
+    name: "",
+    unit: "s",
+    meaning: "",
+    null: None,
+    range: (-1.0, 10.0),
+    plausible: (0.0, 0.1),
+    typical: 0.015,
+    scale: Scale::Linear,
+    search: Search::EachInstant,
+};
+
+const AGAIN: Parameter = Parameter { typical: INSTANT.range.1, search: Search::Again, ..INSTANT };
+
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    let gap = Gap { from_s: effect.value(1), lasts_s: effect.value(0) };
-    let filled = effect.value(2);
-    assembly.log.push(if filled > 0.5 {
-        Box::new(Filled { gap, repeats: filled < 1.5 })
-    } else {
-        Box::new(Closed(gap))
-    });
+    assembly.log.extend(gaps(effect));
+}
+
+fn gaps(effect: &Effect) -> Vec<Box<dyn Stage>> {
+    let (lasts_s, filled) = (effect.value(0), effect.value(2));
+    let there = [1, 3, 4].into_iter().filter(|place| effect.takes_part(*place));
+    let mut instants_s: Vec<f64> = there.map(|place| effect.value(place)).collect();
+    // Each is an instant of the log: what an earlier gap has moved is moved already.
+    instants_s.sort_by(f64::total_cmp);
+    let gap = |from_s| -> Box<dyn Stage> {
+        let gap = Gap { from_s, lasts_s };
+        if filled > 0.5 { Box::new(Filled { gap, repeats: filled < 1.5 }) } else { Box::new(Closed(gap)) }
+    };
+    instants_s.into_iter().map(gap).collect()
 }
 
 /// What was lost.
@@ -196,6 +210,23 @@ mod tests {
             let kept = if (0.0495..0.0615).contains(time) { 0.0 } else { 1.0 };
             let mixed = if (time - 0.062).abs() < 1e-9 { 0.2 } else { 1e-12 };
             assert!((value - 5.0 * time * kept).abs() < mixed, "{time} s: {value}");
+        }
+    }
+
+    /// In whichever order they are given.
+    #[test]
+    fn what_is_lost_three_times_is_three_times_early() {
+        let (times, signal) = ramp();
+        for text in ["at_s=0.05,second_s=0.1,third_s=0.13", "at_s=0.13,second_s=0.05,third_s=0.1"] {
+            let effect: Effect = format!("lost-samples:lost_s=0.01,{text}").parse().unwrap();
+            let mut shown = signal.clone();
+            gaps(&effect).iter().for_each(|stage| stage.apply(&times, &mut shown));
+            for (time, value) in times.iter().zip(shown) {
+                let before = [0.05, 0.1, 0.13].iter().filter(|at_s| **at_s < *time - 1e-9).count() as f64;
+                let is_edge = [0.05, 0.1, 0.13].iter().any(|at_s| (at_s - time).abs() < 1.1e-3);
+                let expected = 5.0 * (time + 0.01 * before).min(0.199);
+                assert!(is_edge || (value - expected).abs() < 1e-9, "{time} s: {value} instead of {expected}");
+            }
         }
     }
 

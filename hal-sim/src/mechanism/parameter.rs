@@ -54,6 +54,8 @@ pub enum Search {
     EachImpact,
     /// Every impact has a value of its own: an instant during its contact, s after the first touch.
     EachInstant,
+    /// Such an instant of what happens again: sought where recordings ask for it. At the end of the range it does not.
+    Again,
     /// It is not sought but held at its value: a whole number, a choice.
     Held,
 }
@@ -73,7 +75,7 @@ impl Search {
     pub const fn remark(self) -> &'static str {
         match self {
             Self::Held | Self::Whole(_) | Self::Form(_) => "held, not fitted",
-            Self::EachImpact | Self::EachInstant => "each impact has its own",
+            Self::EachImpact | Self::EachInstant | Self::Again => "each impact has its own",
             _ => "",
         }
     }
@@ -125,7 +127,13 @@ impl Parameter {
     /// Whether every impact has a value of its own.
     #[must_use]
     pub fn is_of_each_impact(&self) -> bool {
-        matches!(self.search, Search::EachImpact | Search::EachInstant)
+        matches!(self.search, Search::EachImpact) || self.is_instant()
+    }
+
+    /// Whether that is an instant, which may lie beyond what a recording shows: there it never comes.
+    #[must_use]
+    pub fn is_instant(&self) -> bool {
+        matches!(self.search, Search::EachInstant | Search::Again)
     }
 
     /// Whether this value is possible: within the range, or the null value.

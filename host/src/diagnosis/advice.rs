@@ -319,7 +319,7 @@ fn own_starts(problem: &Problem, layout: &Layout, start: Point) -> Vec<Point> {
     for (place, coordinate) in layout.locals.iter().enumerate() {
         let Role::Mechanism { entrant, place: number } = coordinate.role else { continue };
         let parameter = &layout.entrants[entrant].effect.mechanism().parameters[number];
-        if !parameter.is_of_each_impact() {
+        if !parameter.is_of_each_impact() || parameter.search == Search::Again {
             continue;
         }
         let instant = parameter.search == Search::EachInstant;

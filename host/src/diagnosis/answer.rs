@@ -5,7 +5,7 @@ use serde::Serialize;
 use thud_sim::mechanism::{Effect, Parameter, Scale, Search};
 
 use super::held_out::{pooled, rmse};
-use super::layout::{Role, Scope, coordinate_of, value_of};
+use super::layout::{Entrant, Role, Scope, coordinate_of, value_of};
 use super::locate::locate;
 use super::predict;
 use super::retuned::{Retuned, retuned};
@@ -149,7 +149,10 @@ pub fn answer(diagnosis: &Diagnosis) -> Answer {
                 let entrant = &selection.best.fit.layout.entrants[place];
                 Named {
                     id: entrant.effect.mechanism().id,
-                    parameters: parameters(diagnosis, place),
+                    parameters: parameters(diagnosis, place)
+                        .into_iter()
+                        .filter(|value| takes_part(value, entrant))
+                        .collect(),
                     held_out_gain: diagnosis.baseline_held_out.overall(problem) - held_out,
                     indistinguishable_from: twins(selection, place).into_iter().map(|(id, _)| id).collect(),
                     because: words::because(diagnosis, place),
@@ -253,6 +256,12 @@ pub fn parameters(diagnosis: &Diagnosis, place: usize) -> Vec<Value> {
         in_each.iter().zip(&problem.configurations).map(named).collect()
     };
     (0..entrant.effect.mechanism().parameters.len()).flat_map(of_parameter).collect()
+}
+
+/// Whether a value does anything: of what happens again there is an instant only where it does.
+fn takes_part(value: &Value, entrant: &Entrant) -> bool {
+    let known = entrant.effect.mechanism().parameter(&value.name);
+    known.map_or(true, |(place, _)| entrant.effect.takes_part(place))
 }
 
 /// What a recording has of its own of a mechanism, with the interval that its noise and what is stated of it leave.

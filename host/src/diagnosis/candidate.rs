@@ -137,7 +137,7 @@ impl Reach {
             parts.iter().map(|part| part * most).collect()
         };
         match parameter.search {
-            Search::Held | Search::EachImpact | Search::EachInstant | Search::Typical => Vec::new(),
+            Search::Held | Search::EachImpact | Search::EachInstant | Search::Again | Search::Typical => Vec::new(),
             Search::OneOf(values) | Search::Whole(values) | Search::Form(values) => values.to_vec(),
             // Finite strengths over all that is likely: what a mechanism shows need not be in proportion. On a scale of differences,
             // where it may have either sign, it mostly is: a little of it.

@@ -261,7 +261,8 @@ fn starts(problem: &Problem, layout: &Layout) -> Vec<Point> {
                 for (local, search) in &own {
                     let value = &mut locals[*local];
                     *value = match search {
-                        Search::EachInstant if number == 0 => *value,
+                        Search::EachInstant | Search::Again if number == 0 => *value,
+                        Search::Again => problem.recordings[place].lasts_s(),
                         Search::EachInstant if number > INSTANTS => problem.recordings[place].lasts_s(),
                         Search::EachInstant => problem.eventful_s(place) * (number as f64 - 0.5) / INSTANTS as f64,
                         _ => *value + std::f64::consts::TAU * number as f64 / count as f64,

@@ -3,6 +3,7 @@
 //! ```text
 //! a fit with one length for all ─▶ each instant where it fits best (placed)
 //!                               ─▶ instant, length and contact of each recording, of the recordings that ask for any (each_its_own)
+//!                          ─▶ further gaps of one length, in the recordings that ask for them (several)
 //! ```
 //!
 //! A signature is placed where it fits best at the strength that it is tried with. From there strength and instants move together, and χ² over an
@@ -14,7 +15,7 @@ use thud_sim::mechanism::Search;
 use thud_sim::rig::Impact;
 
 use super::fit::{Effort, Fit, Part, cost_of_one};
-use super::layout::{Entrant, Layout, Point, Role, Scope, value_of};
+use super::layout::{Entrant, Layout, Point, Role, Scope, shortest_s, value_of};
 use super::predict;
 use super::problem::Problem;
 use super::select::{ENOUGH, Trial};
@@ -22,6 +23,8 @@ use super::subset::Subset;
 
 /// Instants that are tried over what a recording shows, and how often their distance is halved about the best.
 const SPREAD: usize = 64;
+/// The same for several gaps in a recording: what is lost just before the end of a contact shows between there and the end only.
+const DENSELY: usize = 192;
 const HALVINGS: i32 = 6;
 /// An instant elsewhere that gains more than this in χ² was missed.
 const MISSED: f64 = 1.0;
@@ -30,7 +33,7 @@ const ROUNDS: usize = 4;
 /// Lengths that are tried in each recording, over the one that all have; its coordinate is a logarithm.
 const LENGTHS: [f64; 6] = [0.25, 0.4, 0.63, 1.0, 1.6, 2.5];
 
-/// The coordinates of one mechanism's gaps in a layout.
+/// The coordinates of one mechanism's gaps in a layout: of the first in each recording, or of a further one.
 #[derive(Clone, Copy, Debug)]
 struct Gaps {
     entrant: usize,
@@ -66,25 +69,36 @@ impl Gaps {
     /// Of all mechanisms of a layout that have instants.
     fn of(layout: &Layout) -> Vec<Self> {
         let local = |role: Role| layout.locals.iter().position(|coordinate| coordinate.role == role);
-        let of_entrant = |(number, entrant): (usize, &Entrant)| {
-            let mut parameters = entrant.effect.mechanism().parameters.iter();
-            let place = parameters.position(|parameter| parameter.search == Search::EachInstant)?;
-            let strength = Role::Mechanism { entrant: number, place: 0 };
+        let of_instant = |entrant: usize, place: usize| {
+            let strength = Role::Mechanism { entrant, place: 0 };
             let global = || layout.globals.iter().position(|coordinate| coordinate.role == strength);
             Some(Self {
-                entrant: number,
-                instant: local(Role::Mechanism { entrant: number, place })?,
+                entrant,
+                instant: local(Role::Mechanism { entrant, place })?,
                 contact: local(Role::Contact)?,
                 length: local(strength).map(Place::Local).or_else(|| global().map(Place::Global))?,
             })
         };
-        layout.entrants.iter().enumerate().filter_map(of_entrant).collect()
+        let of_entrant = |(number, entrant): (usize, &Entrant)| {
+            let parameters = entrant.effect.mechanism().parameters.iter().enumerate();
+            let instants = parameters.filter(|(_, parameter)| parameter.is_instant());
+            instants.filter_map(|(place, _)| of_instant(number, place)).collect::<Vec<_>>()
+        };
+        layout.entrants.iter().enumerate().flat_map(of_entrant).collect()
     }
 
     fn length(self, point: &Point, recording: usize) -> f64 {
         match self.length {
             Place::Global(place) => point.globals[place],
             Place::Local(place) => point.locals[recording][place],
+        }
+    }
+
+    /// The coordinate of the length that all recordings share.
+    fn global(self) -> Option<usize> {
+        match self.length {
+            Place::Global(place) => Some(place),
+            Place::Local(_) => None,
         }
     }
 
@@ -99,6 +113,44 @@ impl Gaps {
             Place::Local(place) => locals[place] = gap.length,
         }
         point
+    }
+
+    /// A point with the gap of a recording at another instant, s after contact.
+    fn at(self, point: &Point, recording: usize, instant_s: f64) -> Point {
+        let mut point = point.clone();
+        point.locals[recording][self.instant] = instant_s;
+        point
+    }
+
+    /// The instant at which a gap, where there was none, takes most off what a fit of a recording leaves, to first order of all else. `None`: it cannot be
+    /// simulated.
+    fn most_asked_for(self, problem: &Problem, fit: &Fit, recording: usize) -> Option<f64> {
+        let Fit { layout, point, .. } = fit;
+        let motion = predict::strike(problem, layout, point, recording).ok()?;
+        let tangent = fit.tangent(problem, &[recording])?;
+        let normal = tangent.normal(0.0)?;
+        let gains = |instant_s: f64| {
+            let point = self.at(point, recording, instant_s);
+            let shown = predict::through(problem, layout, &point, recording, &motion).ok()?;
+            let values = predict::read(problem, layout, &point, recording, &shown, 0.0);
+            let mut change: Vec<f64> =
+                values.iter().zip(&fit.model[recording]).map(|(with, without)| with - without).collect();
+            problem.recordings[recording].whiten(&mut change);
+            let (global, locals) = tangent.transposed(std::slice::from_ref(&change));
+            let imitated = tangent.times(&normal.solve(&global, &locals)).pop()?;
+            let along = |with: &[f64]| change.iter().zip(with).map(|(a, b)| a * b).sum::<f64>();
+            Some((2.0 * along(&fit.residuals[recording]) - along(&change) + along(&imitated), instant_s))
+        };
+        let better =
+            |best: (f64, f64), instant_s: f64| gains(instant_s).filter(|other| other.0 > best.0).unwrap_or(best);
+        let apart_s = problem.eventful_s(recording) / DENSELY as f64;
+        let spread = (0..DENSELY).map(|place| apart_s * (place as f64 + 0.5));
+        let mut best = spread.fold((f64::NEG_INFINITY, 0.0), better);
+        for halving in 1..=HALVINGS {
+            let nearer_s = apart_s * 0.5_f64.powi(halving);
+            best = [best.1 - nearer_s, best.1 + nearer_s].into_iter().fold(best, better);
+        }
+        Some(best.1)
     }
 
     /// The gap of these lengths, over the one at a point, that fits a recording best: instants spread over what the recording shows, with the contact
@@ -253,6 +305,10 @@ fn asking(problem: &Problem, fit: &Fit, part: Part<'_>) -> Option<Asking> {
         mechanism.by_recording.contains(&mechanism.parameters[0].name)
     })?;
     let place = before.entrant;
+    // Of several in a recording each is as long as the others.
+    if layout.entrants[place].is_repeated() {
+        return None;
+    }
     let every = (0..problem.recordings.len()).collect();
     let (whole, gaps) = acting(problem, layout, place, Scope::EachRecording(every))?;
     let Place::Local(length) = gaps.length else { return None };
@@ -263,9 +319,7 @@ fn asking(problem: &Problem, fit: &Fit, part: Part<'_>) -> Option<Asking> {
     known.sort_by(f64::total_cmp);
     let usual = *known.get(known.len() / 2)?;
     let start = whole.start_from(problem, layout, point);
-    // What a gap's instant and length cost, and the choice of its recording.
-    let recordings = problem.recordings.len() as f64;
-    let price = 2.0 * (problem.rows() as f64 / recordings).ln() + 2.0 * recordings.ln();
+    let price = price(problem);
     let sought = |&recording: &usize| {
         let instant_s = point.locals[recording][before.instant];
         let gap = |length| Gap { cost: f64::INFINITY, instant_s, length, shift_s: 0.0 };
@@ -286,4 +340,116 @@ fn asking(problem: &Problem, fit: &Fit, part: Part<'_>) -> Option<Asking> {
     }
     let (freed, gaps) = acting(problem, layout, place, scope)?;
     Some(Asking { layout: freed, gaps, found })
+}
+
+/// What a gap's instant and length cost in χ², and the choice of its recording.
+fn price(problem: &Problem) -> f64 {
+    let recordings = problem.recordings.len() as f64;
+    2.0 * (problem.rows() as f64 / recordings).ln() + 2.0 * recordings.ln()
+}
+
+/// Samples that are missed most and may be edges of a further gap.
+const JUMPS: usize = 4;
+
+/// Parts of the usual length that are tried for several gaps in a recording, as whole samples: one that stands for two or three of them is as long as
+/// they are together.
+const PARTS: [f64; 3] = [1.0, 0.5, 1.0 / 3.0];
+
+/// A model whose mechanism with gaps has further ones in the recordings that ask for them by more than they cost, all of one length; itself, where that
+/// is no better by what a further mechanism has to bring.
+#[must_use]
+pub fn several(problem: &Problem, trial: Trial, part: Part<'_>) -> Trial {
+    let begun = with_several(problem, &trial.fit, part).into_iter().map(|fit| Trial::new(problem, fit));
+    let lightest = begun.min_by(|one, other| one.bic.total_cmp(&other.bic));
+    lightest.filter(|several| several.bic < trial.bic - ENOUGH).unwrap_or(trial)
+}
+
+/// With gaps of each length that may be theirs, where any recording asks for more than one.
+fn with_several(problem: &Problem, fit: &Fit, part: Part<'_>) -> Vec<Fit> {
+    let Some(first) = Gaps::of(&fit.layout).into_iter().next() else { return Vec::new() };
+    let scope = fit.layout.entrants[first.entrant].scope;
+    let acts = |one: &usize| scope.includes(*one, problem.recordings[*one].configuration);
+    let mut lengths: Vec<f64> = part.iter().copied().filter(acts).map(|one| first.length(&fit.point, one)).collect();
+    lengths.sort_by(f64::total_cmp);
+    let Some(usual) = lengths.get(lengths.len() / 2) else { return Vec::new() };
+    let sample_s = shortest_s(problem);
+    let mut samples: Vec<u64> =
+        PARTS.iter().map(|part| (part * usual.exp() / sample_s).round().max(1.0) as u64).collect();
+    samples.dedup();
+    let of_length = |samples: u64| one_by_one(problem, fit, first.entrant, (samples as f64 * sample_s).ln(), part);
+    samples.into_iter().filter_map(of_length).collect()
+}
+
+/// A fit with gaps of this length, at first, one more in each recording that asks for it as long as any does, everything fitted anew with each. `None`: none
+/// has more than one, or it cannot be simulated.
+fn one_by_one(problem: &Problem, fit: &Fit, place: usize, length: f64, part: Part<'_>) -> Option<Fit> {
+    let (layout, gaps) = repeating(problem, &fit.layout, place, usize::MAX);
+    let mut start = layout.start_from(problem, &fit.layout, &fit.point);
+    start.globals[gaps.first()?.global()?] = length;
+    for recording in part {
+        let never_s = problem.recordings[*recording].never_s();
+        start = gaps.iter().fold(start, |point, gaps| gaps.at(&point, *recording, never_s));
+    }
+    let mut here = Fit::at(problem, layout, start, part)?;
+    let mut counts = vec![0; part.len()];
+    for _ in 0..ROUNDS {
+        let more = |(recording, count): (&usize, &usize)| with_one_more(problem, &here, *gaps.get(*count)?, *recording);
+        let found: Vec<Option<Vec<f64>>> = part.par_iter().zip(&counts).map(more).collect();
+        if found.iter().all(Option::is_none) {
+            break;
+        }
+        let mut point = here.point.clone();
+        for ((recording, count), found) in part.iter().zip(&mut counts).zip(found) {
+            if let Some(locals) = found {
+                point.locals[*recording] = locals;
+                *count += 1;
+            }
+        }
+        here = Fit::run(problem, here.layout, point, part, Effort::FULL)?;
+    }
+    let most = counts.into_iter().max().filter(|most| *most > 1)?;
+    let (fewer, _) = repeating(problem, &fit.layout, place, most);
+    let start = fewer.start_from(problem, &here.layout, &here.point);
+    Some(placed(problem, Fit::at(problem, fewer, start, part)?, part))
+}
+
+/// What a recording has of its own with a gap where it asks for it most, if that takes more off χ² than it costs. Looked at alone: what the rig has
+/// given way for a gap that nobody had looked for keeps others from showing.
+fn with_one_more(problem: &Problem, fit: &Fit, gaps: Gaps, recording: usize) -> Option<Vec<f64>> {
+    let fitted = |point: Point| Fit::run(problem, fit.layout.clone(), point, &[recording], Effort::FULL);
+    let without = fitted(fit.point.clone())?;
+    let asked_for = gaps.most_asked_for(problem, &without, recording);
+    let instants = asked_for.into_iter().chain(jumps_s(problem, &without, recording));
+    let with = instants.filter_map(|instant_s| fitted(gaps.at(&without.point, recording, instant_s)));
+    let with = with.min_by(|one, other| one.cost.total_cmp(&other.cost))?;
+    (without.cost - with.cost > price(problem)).then(|| with.point.locals[recording].clone())
+}
+
+/// Instants just before the samples of a recording that a fit misses most, s after contact: a further gap jumps there, however much else it moves.
+fn jumps_s(problem: &Problem, fit: &Fit, recording: usize) -> Vec<f64> {
+    let prepared = &problem.recordings[recording];
+    let contact_s = fit.layout.contact_s(&fit.point, recording);
+    let mut missed: Vec<(f64, f64)> =
+        prepared.times_s.iter().zip(&fit.residuals[recording]).map(|(time_s, left)| (left.abs(), *time_s)).collect();
+    missed.sort_by(|one, other| other.0.total_cmp(&one.0));
+    let before_s = 0.5 * prepared.sample_s * prepared.averaged as f64;
+    missed.iter().take(JUMPS).map(|(_, time_s)| time_s - before_s - contact_s).collect()
+}
+
+/// A layout one of whose mechanisms acts in every recording and so many times at most, and its gaps.
+fn repeating(problem: &Problem, layout: &Layout, place: usize, most: usize) -> (Layout, Vec<Gaps>) {
+    let mut entrants = layout.entrants.clone();
+    let Entrant { effect, scope, .. } = &mut entrants[place];
+    *scope = Scope::Everywhere;
+    let parameters = effect.mechanism().parameters.iter().enumerate();
+    let again = parameters.filter(|(_, parameter)| parameter.search == Search::Again);
+    for (number, (place, parameter)) in again.enumerate() {
+        // Where it begins matters not: each recording is given its own.
+        let value = if number + 1 < most { parameter.plausible.1 } else { parameter.range.1 };
+        // Within range by construction.
+        let _ = effect.set_value(place, value);
+    }
+    let layout = Layout::new(problem, entrants);
+    let gaps = Gaps::of(&layout).into_iter().filter(|gaps| gaps.entrant == place).collect();
+    (layout, gaps)
 }

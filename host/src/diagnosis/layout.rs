@@ -9,6 +9,8 @@
 //! Global coordinates are shared by all recordings, local ones belong to one. What the experimenter believes is a prior with its
 //! stated deviation; contact instant and offset are free.
 
+use std::cmp::Reverse;
+
 use nalgebra::DVector;
 use thud_sim::mechanism::{Effect, Mechanism, Parameter, Scale, Search};
 
@@ -41,6 +43,9 @@ const LEAST_LIMIT: f64 = 0.1;
 
 /// Of a gap in a log at least this part of a sample is missing: a whole one, but for what jitters.
 const LEAST_GAP: f64 = 0.5;
+
+/// By how much an instant is moved for a difference, s: that of contact and those after it alike, so that one can move without the others.
+const INSTANT_STEP_S: f64 = 1e-5;
 
 /// A mechanism that takes part, everywhere or in some recordings only.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,13 +83,22 @@ impl Entrant {
     /// Whether each impact or recording that it acts in has a value of its own for this parameter.
     #[must_use]
     pub fn is_own(&self, place: usize) -> bool {
-        self.effect.mechanism().parameters[place].is_of_each_impact() || self.is_by_recording(place)
+        let is_of_each_impact = self.effect.mechanism().parameters[place].is_of_each_impact();
+        (is_of_each_impact && self.effect.takes_part(place)) || self.is_by_recording(place)
     }
 
     /// Whether [`own`](Self::own) is of this parameter.
     fn begins_own(&self, place: usize) -> bool {
         let parameters = self.effect.mechanism().parameters;
-        parameters[place].is_of_each_impact() || !parameters.iter().any(Parameter::is_of_each_impact)
+        let is_own = parameters[place].is_of_each_impact() && parameters[place].search != Search::Again;
+        is_own || !parameters.iter().any(Parameter::is_of_each_impact)
+    }
+
+    /// Whether it may happen several times in a recording.
+    #[must_use]
+    pub fn is_repeated(&self) -> bool {
+        let mut parameters = self.effect.mechanism().parameters.iter().enumerate();
+        parameters.any(|(place, parameter)| parameter.search == Search::Again && self.effect.takes_part(place))
     }
 
     /// Whether it has a value of its own for each impact or recording.
@@ -346,7 +360,7 @@ impl Layout {
             role: Role::Contact,
             prior: None,
             is_guess: false,
-            step: 1e-5,
+            step: INSTANT_STEP_S,
             stride: 2e-3,
             range: (f64::NEG_INFINITY, f64::INFINITY),
         }];
@@ -366,7 +380,7 @@ impl Layout {
         }
         for (number, entrant) in entrants.iter().enumerate() {
             for (place, parameter) in entrant.effect.mechanism().parameters.iter().enumerate() {
-                if parameter.is_held() {
+                if parameter.is_held() || !entrant.effect.takes_part(place) {
                     continue;
                 }
                 let coordinate = mechanism_coordinate(problem, entrant.effect.mechanism(), number, place);
@@ -551,12 +565,20 @@ impl Layout {
         }
     }
 
-    /// A mechanism's values at a point, in the first recording that it acts in.
+    /// A mechanism's values at a point, in the first recording that it acts in, as often as in any.
     #[must_use]
     pub fn effect(&self, problem: &Problem, entrant: usize, point: &Point) -> Effect {
-        let scope = self.entrants[entrant].scope;
+        let Entrant { scope, effect, .. } = &self.entrants[entrant];
         let acts = |number: &usize| scope.includes(*number, problem.recordings[*number].configuration);
-        self.effect_at(problem, entrant, point, (0..problem.recordings.len()).find(acts).unwrap_or(0))
+        let instants = effect.mechanism().parameters.iter().enumerate().filter(|(_, parameter)| parameter.is_instant());
+        let instants: Vec<usize> = instants.map(|(place, _)| place).collect();
+        let comes = |number: usize| {
+            let effect = self.effect_at(problem, entrant, point, number);
+            instants.iter().filter(|place| effect.value(**place) <= problem.recordings[number].lasts_s()).count()
+        };
+        let often = (0..problem.recordings.len()).filter(acts).map(|number| (comes(number), number));
+        let most = often.max_by_key(|(comes, number)| (*comes, Reverse(*number)));
+        self.effect_at(problem, entrant, point, most.map_or(0, |(_, number)| number))
     }
 
     /// The same in the first recording of a configuration.
@@ -619,7 +641,8 @@ fn repeating_part(rig: &Rig) -> f64 {
 }
 
 /// The shortest time between two samples of a converter, s.
-fn shortest_s(problem: &Problem) -> f64 {
+#[must_use]
+pub fn shortest_s(problem: &Problem) -> f64 {
     problem.recordings.iter().map(|recording| recording.sample_s).fold(f64::INFINITY, f64::min)
 }
 
@@ -667,6 +690,7 @@ fn mechanism_coordinate(problem: &Problem, mechanism: &'static Mechanism, entran
     let is_guess = stated.is_none();
     let prior = stated.map(|mass| (mass.value.ln(), (mass.sd / mass.value).max(LEAST_SD))).or(prior);
     let step = match parameter.scale {
+        _ if parameter.is_instant() => INSTANT_STEP_S,
         // A jump that moves (what pulls comes off later) shows only where it moves by a part of a sample.
         Scale::Logarithmic if parameter.search == Search::Strength => 5e-2,
         Scale::Logarithmic => 2e-3,

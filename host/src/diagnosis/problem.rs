@@ -146,6 +146,12 @@ impl Prepared {
         self.times_s.last().map_or(0.0, |end| end - self.contact_guess_s)
     }
 
+    /// An instant after the first touch or the release that never comes, s: twice as late as anything it shows.
+    #[must_use]
+    pub fn never_s(&self) -> f64 {
+        2.0 * self.lasts_s()
+    }
+
     /// What its speed is counted in, m/s: the stated one, or its uncertainty where it is dropped from rest.
     #[must_use]
     pub fn speed_scale(&self) -> f64 {

@@ -21,7 +21,7 @@ use thud_sim::mechanism::{Effect, Mechanism, Search};
 use super::candidate::Reach;
 use super::coincidence::is_coincidence;
 use super::fit::{Effort, Fit, Part, Tangent};
-use super::instants::{each_its_own, placed};
+use super::instants::{each_its_own, placed, several};
 use super::layout::{Entrant, Layout, Role, Scope};
 use super::locate::{Oddity, oddity};
 use super::omnibus::{Omnibus, omnibus};
@@ -154,26 +154,37 @@ pub fn penalty(problem: &Problem, fit: &Fit) -> f64 {
         let acts = |(number, recording): &(usize, &Prepared)| scope.includes(*number, recording.configuration);
         problem.recordings.iter().enumerate().filter(acts).count() as f64
     };
-    let locals: f64 = layout
-        .locals
-        .iter()
-        .map(|coordinate| match coordinate.role {
-            Role::Mechanism { entrant, .. } => acts_in(entrant),
-            _ => 0.0,
-        })
-        .sum();
-    telling * rows.ln() + fit.silent as f64 * SILENT + locals * (rows / recordings).ln() + choices(problem, layout)
+    let each = (rows / recordings).ln();
+    let locals = layout.locals.iter().enumerate().map(|(local, coordinate)| match coordinate.role {
+        Role::Mechanism { entrant, place } if is_of_repeated(layout, entrant, place) => {
+            let comes = |(prepared, locals): &(&Prepared, &Vec<f64>)| locals[local] <= prepared.lasts_s();
+            let comes_in = problem.recordings.iter().zip(&fit.point.locals).filter(comes).count();
+            comes_in as f64 * each + choice(problem, comes_in)
+        }
+        Role::Mechanism { entrant, .. } => acts_in(entrant) * each,
+        _ => 0.0,
+    });
+    telling * rows.ln() + fit.silent as f64 * SILENT + locals.sum::<f64>() + choices(problem, layout)
 }
 
-/// What the choice of the recordings that mechanisms act in costs: how many of them, and which.
-fn choices(problem: &Problem, layout: &Layout) -> f64 {
+/// Whether a parameter is an instant of what may happen several times in a recording, or not at all.
+fn is_of_repeated(layout: &Layout, entrant: usize, place: usize) -> bool {
+    let entrant = &layout.entrants[entrant];
+    entrant.is_repeated() && entrant.effect.mechanism().parameters[place].is_instant()
+}
+
+/// What the choice of so many recordings costs: how many, and which.
+fn choice(problem: &Problem, some: usize) -> f64 {
     let recordings = problem.recordings.len() as u64;
+    2.0 * ((recordings as f64).ln() + ln_binomial(recordings, (some as u64).min(recordings)))
+}
+
+/// What the choice of the recordings that mechanisms act in costs.
+fn choices(problem: &Problem, layout: &Layout) -> f64 {
     let of_scope = |scope| match scope {
         Scope::Everywhere | Scope::EachConfiguration => 0.0,
-        Scope::Configuration(_) => 2.0 * (recordings as f64).ln(),
-        Scope::Recordings(some) | Scope::EachRecording(some) => {
-            2.0 * ((recordings as f64).ln() + ln_binomial(recordings, (some.len() as u64).min(recordings)))
-        }
+        Scope::Configuration(_) => 2.0 * (problem.recordings.len() as f64).ln(),
+        Scope::Recordings(some) | Scope::EachRecording(some) => choice(problem, some.len()),
     };
     layout.entrants.iter().map(|entrant| of_scope(entrant.scope)).sum()
 }
@@ -210,7 +221,7 @@ fn is_no_chance(problem: &Problem, baseline: &Standing, trial: &Trial, part: Par
 impl Standing {
     fn of(problem: &Problem, trial: Trial, part: Part<'_>) -> Option<Self> {
         let trial = Trial::new(problem, placed(problem, trial.fit.touched(problem, part), part));
-        let trial = each_its_own(problem, trial, part);
+        let trial = several(problem, each_its_own(problem, trial, part), part);
         let fewer = (0..trial.fit.layout.entrants.len()).map(|place| without(problem, &trial, place, part)).collect();
         let tangent = trial.fit.tangent(problem, part)?;
         let rest = omnibus(problem, &trial.fit, &tangent);

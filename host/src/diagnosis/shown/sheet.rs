@@ -1,7 +1,7 @@
 //! The page's tables: places, parameters, beliefs, recordings left out, and every mechanism with the evidence on it.
 
 use maud::{Markup, html};
-use thud_sim::mechanism::{Parameter, Search};
+use thud_sim::mechanism::Parameter;
 
 use crate::campaign::Estimate;
 use crate::diagnosis::answer::{Answer, Named, Value};
@@ -105,7 +105,7 @@ fn of_each_impact(diagnosis: &Diagnosis, place: usize) -> Vec<(&'static str, Str
         let values = recordings.filter(|(index, recording)| scope.includes(*index, recording.configuration)).map(
             |(index, recording)| {
                 let value = layout.effect_at(problem, place, point, index).value(number);
-                let never = parameter.search == Search::EachInstant && value > recording.lasts_s();
+                let never = parameter.is_instant() && value > recording.lasts_s();
                 let value = if never { "never".to_owned() } else { format!("{} {}", short(value), parameter.unit) };
                 format!("{value} in {}", recording.name)
             },
@@ -113,7 +113,7 @@ fn of_each_impact(diagnosis: &Diagnosis, place: usize) -> Vec<(&'static str, Str
         (parameter.name, values.collect::<Vec<_>>().join(", "))
     };
     parameters
-        .filter(|(_, parameter)| parameter.is_of_each_impact())
+        .filter(|(number, parameter)| parameter.is_of_each_impact() && effect.takes_part(*number))
         .map(|(number, parameter)| of(number, parameter))
         .collect()
 }
