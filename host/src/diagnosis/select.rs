@@ -19,7 +19,7 @@ use statrs::function::factorial::ln_binomial;
 use thud_sim::mechanism::{Effect, Mechanism, Search};
 
 use super::candidate::Reach;
-use super::coincidence::is_coincidence;
+use super::coincidence::{is_at_an_event, is_coincidence};
 use super::fit::{Effort, Fit, Part, Tangent};
 use super::instants::{each_its_own, placed, several};
 use super::layout::{Entrant, Layout, Role, Scope};
@@ -76,7 +76,7 @@ pub struct Trial {
     pub fit: Fit,
     /// Its BIC.
     pub bic: f64,
-    /// Places of mechanisms that would have to choose their recordings.
+    /// Places of mechanisms that would have to choose their recordings, or an event in each.
     pub coincidences: Vec<usize>,
 }
 
@@ -132,8 +132,10 @@ impl Trial {
     pub fn new(problem: &Problem, fit: Fit) -> Self {
         let bic = fit.cost + penalty(problem, &fit);
         let entrants = fit.layout.entrants.iter().enumerate();
-        let coincidences =
-            entrants.filter(|(_, entrant)| is_coincidence(problem, entrant)).map(|(place, _)| place).collect();
+        let coincidences = entrants
+            .filter(|(place, entrant)| is_coincidence(problem, entrant) || is_at_an_event(problem, &fit, *place))
+            .map(|(place, _)| place)
+            .collect();
         Self { fit, bic, coincidences }
     }
 }

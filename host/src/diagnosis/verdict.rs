@@ -200,13 +200,13 @@ pub fn rest_share(selection: &Selection) -> f64 {
     if unnamed == 0.0 { 0.0 } else { unnamed / (left + gained) }
 }
 
-/// Whether the mechanism in this place is rather something that looks like it: its shape is unlikely, or its choice of recordings.
+/// Whether the mechanism in this place is rather something that looks like it: its shape is unlikely, its choice of recordings or that of an event in each.
 #[must_use]
 pub fn is_doubtful(selection: &Selection, place: usize) -> bool {
     unlikely(selection, place).is_some() || is_doubtful_choice(selection, place)
 }
 
-/// Whether the mechanism in this place would have to choose its recordings, which is believed only of one that explains everything by itself and
+/// Whether the mechanism in this place would have to choose its recordings, or an event in each, which is believed only of one that explains everything by itself and
 /// that nothing else can stand in for: whoever did the test may know what those recordings have in common.
 #[must_use]
 pub fn is_doubtful_choice(selection: &Selection, place: usize) -> bool {

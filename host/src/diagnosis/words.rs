@@ -202,7 +202,12 @@ pub fn because(diagnosis: &Diagnosis, place: usize) -> String {
     if selection.best.coincidences.contains(&place) {
         let doubt =
             if is_doubtful_choice(selection, place) { "" } else { ", but nothing else of the list comes near it" };
-        parts.push(format!("these have nothing else in common, and it is a thing that lasts{doubt}"));
+        let chosen = if entrant.effect.mechanism().lasting {
+            "these have nothing else in common, and it is a thing that lasts"
+        } else {
+            "it comes where each contact begins, turns or ends, which chance does not do"
+        };
+        parts.push(format!("{chosen}{doubt}"));
     }
     if let Some(Unlikely { name, unit, value, likely: (low, high) }) = unlikely(selection, place) {
         parts.push(format!(
