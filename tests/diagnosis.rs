@@ -1,7 +1,7 @@
 //! The tool from the outside: `diagnose` on simulated campaigns, its model in `simulate` and `evaluate`, and what bad input gets.
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
@@ -59,6 +59,21 @@ fn lose(file: &Path, from: usize, count: usize) {
     let kept = values[..from].iter().chain(&values[from + count..]);
     let closed: Vec<String> = times.iter().zip(kept).map(|(time, value)| format!("{time},{value}")).collect();
     std::fs::write(file, format!("{header}\n{}\n", closed.join("\n"))).unwrap();
+}
+
+/// The files of a campaign's recordings, in order.
+fn recordings(folder: &TempDir, name: &str) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder.path().join(name).join("recordings")).unwrap();
+    let mut files: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    files
+}
+
+/// The number of a recording's highest value.
+fn highest(file: &Path) -> usize {
+    let text = std::fs::read_to_string(file).unwrap();
+    let values = text.lines().skip(1).map(|line| line.rsplit_once(',').unwrap().1.parse::<f64>().unwrap());
+    values.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap().0
 }
 
 /// Some keys of a campaign stated otherwise.
@@ -541,15 +556,8 @@ fn samples_that_read_nought_are_lost_ones() {
 fn each_recording_loses_as_many_samples_as_it_does() {
     let folder = TempDir::new().unwrap();
     campaign(&folder, "dropped", &[&RIG[..], &["--seed", "3"]].concat());
-    let recordings = folder.path().join("dropped/recordings");
-    let mut files: Vec<_> = std::fs::read_dir(&recordings).unwrap().map(|entry| entry.unwrap().path()).collect();
-    files.sort();
+    let files = recordings(&folder, "dropped");
     let name = |file: &Path| file.file_stem().unwrap().to_str().unwrap().to_owned();
-    let highest = |file: &Path| {
-        let text = std::fs::read_to_string(file).unwrap();
-        let forces = text.lines().skip(1).map(|line| line.rsplit_once(',').unwrap().1.parse::<f64>().unwrap());
-        forces.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap().0
-    };
     // On the way up, at the peak and on the way down.
     let lost = [(0, -12, 4), (2, -6, 9), (3, 8, 6)].map(|(file, from, count)| {
         let file = &files[file];
@@ -576,14 +584,7 @@ fn each_recording_loses_as_many_samples_as_it_does() {
 fn a_recording_may_lose_samples_several_times() {
     let folder = TempDir::new().unwrap();
     campaign(&folder, "dropped", &[&RIG[..], &["--seed", "3"]].concat());
-    let recordings = folder.path().join("dropped/recordings");
-    let mut files: Vec<_> = std::fs::read_dir(&recordings).unwrap().map(|entry| entry.unwrap().path()).collect();
-    files.sort();
-    let highest = |file: &Path| {
-        let text = std::fs::read_to_string(file).unwrap();
-        let forces = text.lines().skip(1).map(|line| line.rsplit_once(',').unwrap().1.parse::<f64>().unwrap());
-        forces.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap().0
-    };
+    let files = recordings(&folder, "dropped");
     // The last first: what is lost moves what comes later.
     for (file, gaps) in [(0, &[12, -12][..]), (1, &[14, 2, -14]), (2, &[6])] {
         let peak = highest(&files[file]);

@@ -255,9 +255,22 @@ fn sought(problem: &Problem, fit: &Fit, part: Part<'_>) -> Option<Fit> {
 /// better by what a further mechanism has to bring.
 #[must_use]
 pub fn each_its_own(problem: &Problem, trial: Trial, part: Part<'_>) -> Trial {
-    let freed = freed(problem, &trial.fit, part).into_iter().map(|fit| Trial::new(problem, fit));
-    let lightest = freed.min_by(|a, b| a.bic.total_cmp(&b.bic));
-    lightest.filter(|freed| freed.bic < trial.bic - ENOUGH).unwrap_or(trial)
+    let freed = freed(problem, &trial.fit, part);
+    lightest(problem, freed, trial)
+}
+
+/// The lightest of these models; the other, where that is no better by what a further mechanism has to bring.
+fn lightest(problem: &Problem, fits: Vec<Fit>, other: Trial) -> Trial {
+    let trials = fits.into_iter().map(|fit| Trial::new(problem, fit));
+    let lightest = trials.min_by(|a, b| a.bic.total_cmp(&b.bic));
+    lightest.filter(|lightest| lightest.bic < other.bic - ENOUGH).unwrap_or(other)
+}
+
+/// The length in the middle of these, as a coordinate.
+fn usual(lengths: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut lengths: Vec<f64> = lengths.collect();
+    lengths.sort_by(f64::total_cmp);
+    lengths.get(lengths.len() / 2).copied()
 }
 
 /// With a length for each recording that asks for a gap and, where all do, with one for all from there.
@@ -268,10 +281,8 @@ fn freed(problem: &Problem, fit: &Fit, part: Part<'_>) -> Vec<Fit> {
         let start = found.iter().fold(start, |start, (recording, gap)| gaps.with(&start, *recording, *gap));
         Fit::run(problem, layout, start, part, Effort::FULL)
     };
-    let mut lengths: Vec<f64> = found.iter().map(|(_, gap)| gap.length).collect();
-    lengths.sort_by(f64::total_cmp);
-    let usual = lengths[lengths.len() / 2];
     let alike = (found.len() == part.len()).then(|| {
+        let usual = usual(found.iter().map(|(_, gap)| gap.length))?;
         let (layout, gaps) = acting(problem, &freed, gaps.entrant, Scope::Everywhere)?;
         let found: Vec<_> = found.iter().map(|(one, gap)| (*one, Gap { length: usual, ..*gap })).collect();
         begun(layout, gaps, &found)
@@ -315,9 +326,7 @@ fn asking(problem: &Problem, fit: &Fit, part: Part<'_>) -> Option<Asking> {
     let scope = layout.entrants[place].scope;
     let acted_in: Vec<usize> =
         part.iter().copied().filter(|one| scope.includes(*one, problem.recordings[*one].configuration)).collect();
-    let mut known: Vec<f64> = acted_in.iter().map(|recording| before.length(point, *recording)).collect();
-    known.sort_by(f64::total_cmp);
-    let usual = *known.get(known.len() / 2)?;
+    let usual = usual(acted_in.iter().map(|recording| before.length(point, *recording)))?;
     let start = whole.start_from(problem, layout, point);
     let price = price(problem);
     let sought = |&recording: &usize| {
@@ -359,9 +368,8 @@ const PARTS: [f64; 3] = [1.0, 0.5, 1.0 / 3.0];
 /// is no better by what a further mechanism has to bring.
 #[must_use]
 pub fn several(problem: &Problem, trial: Trial, part: Part<'_>) -> Trial {
-    let begun = with_several(problem, &trial.fit, part).into_iter().map(|fit| Trial::new(problem, fit));
-    let lightest = begun.min_by(|one, other| one.bic.total_cmp(&other.bic));
-    lightest.filter(|several| several.bic < trial.bic - ENOUGH).unwrap_or(trial)
+    let several = with_several(problem, &trial.fit, part);
+    lightest(problem, several, trial)
 }
 
 /// With gaps of each length that may be theirs, where any recording asks for more than one.
@@ -369,9 +377,8 @@ fn with_several(problem: &Problem, fit: &Fit, part: Part<'_>) -> Vec<Fit> {
     let Some(first) = Gaps::of(&fit.layout).into_iter().next() else { return Vec::new() };
     let scope = fit.layout.entrants[first.entrant].scope;
     let acts = |one: &usize| scope.includes(*one, problem.recordings[*one].configuration);
-    let mut lengths: Vec<f64> = part.iter().copied().filter(acts).map(|one| first.length(&fit.point, one)).collect();
-    lengths.sort_by(f64::total_cmp);
-    let Some(usual) = lengths.get(lengths.len() / 2) else { return Vec::new() };
+    let lengths = part.iter().copied().filter(acts).map(|one| first.length(&fit.point, one));
+    let Some(usual) = usual(lengths) else { return Vec::new() };
     let sample_s = shortest_s(problem);
     let mut samples: Vec<u64> =
         PARTS.iter().map(|part| (part * usual.exp() / sample_s).round().max(1.0) as u64).collect();
