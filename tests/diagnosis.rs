@@ -551,6 +551,17 @@ fn samples_that_read_nought_are_lost_ones() {
     assert_eq!(value("filled"), 2.0, "{answer}");
 }
 
+/// A diagnosis that names lost samples and nothing else.
+fn lost_samples_alone(folder: &TempDir, name: &str) -> Value {
+    let few = ["--only", "clearance", "--only", "pad-relaxation", "--only", "hardening", "--only", "lost-samples"];
+    let text = succeeds(folder, &[&["diagnose", name, "--json", "-"], &few[..]].concat());
+    let answer: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(answer["verdict"], "named", "{answer}");
+    let [only] = &answer["mechanisms"].as_array().unwrap()[..] else { panic!("{answer}") };
+    assert_eq!(only["id"], "lost-samples", "{answer}");
+    answer
+}
+
 /// In half of the recordings, and in each another number of them.
 #[test]
 fn each_recording_loses_as_many_samples_as_it_does() {
@@ -564,12 +575,8 @@ fn each_recording_loses_as_many_samples_as_it_does() {
         lose(file, highest(file).strict_add_signed(from), count);
         (name(file), count)
     });
-    let few = ["--only", "clearance", "--only", "pad-relaxation", "--only", "hardening", "--only", "lost-samples"];
-    let text = succeeds(&folder, &[&["diagnose", "dropped", "--json", "-"], &few[..]].concat());
-    let answer: Value = serde_json::from_str(&text).unwrap();
-    assert_eq!(answer["verdict"], "named", "{answer}");
-    let [only] = &answer["mechanisms"].as_array().unwrap()[..] else { panic!("{answer}") };
-    assert_eq!(only["id"], "lost-samples", "{answer}");
+    let answer = lost_samples_alone(&folder, "dropped");
+    let only = &answer["mechanisms"][0];
     parameters_are(&only["parameters"]);
     for (name, count) in lost {
         let lost_s = value_of(only, &format!("lost_s[{name}]"));
@@ -590,12 +597,8 @@ fn a_recording_may_lose_samples_several_times() {
         let peak = highest(&files[file]);
         gaps.iter().for_each(|from| lose(&files[file], peak.strict_add_signed(*from), 9));
     }
-    let few = ["--only", "clearance", "--only", "pad-relaxation", "--only", "hardening", "--only", "lost-samples"];
-    let text = succeeds(&folder, &[&["diagnose", "dropped", "--json", "-"], &few[..]].concat());
-    let answer: Value = serde_json::from_str(&text).unwrap();
-    assert_eq!(answer["verdict"], "named", "{answer}");
-    let [only] = &answer["mechanisms"].as_array().unwrap()[..] else { panic!("{answer}") };
-    assert_eq!(only["id"], "lost-samples", "{answer}");
+    let answer = lost_samples_alone(&folder, "dropped");
+    let only = &answer["mechanisms"][0];
     assert!((value_of(only, "lost_s") * 2000.0 - 9.0).abs() < 0.3, "{answer}");
     let mut instants_s = ["at_s", "second_s", "third_s"].map(|name| value_of(only, name));
     instants_s.sort_by(f64::total_cmp);

@@ -14,7 +14,7 @@ use statrs::function::factorial::binomial;
 use thud_sim::mechanism::Mechanism;
 
 use super::fit::Fit;
-use super::layout::{Entrant, Role, Scope};
+use super::layout::{Entrant, Scope};
 use super::problem::Problem;
 use super::subset::Subset;
 
@@ -50,12 +50,7 @@ const BESIDE: f64 = 0.05;
 #[must_use]
 pub fn is_at_an_event(problem: &Problem, fit: &Fit, entrant: usize) -> bool {
     let scope = fit.layout.entrants[entrant].scope;
-    let parameters = fit.layout.entrants[entrant].effect.mechanism().parameters;
-    let is_instant = |role: Role| {
-        role.entrant() == Some(entrant) && role.place().is_some_and(|place| parameters[place].is_instant())
-    };
-    let instants: Vec<usize> =
-        (0..fit.layout.locals.len()).filter(|local| is_instant(fit.layout.locals[*local].role)).collect();
+    let instants = fit.layout.instants(entrant);
     if instants.is_empty() || !problem.has_springs() {
         return false;
     }
@@ -64,7 +59,7 @@ pub fn is_at_an_event(problem: &Problem, fit: &Fit, entrant: usize) -> bool {
     for (number, (recording, locals)) in problem.recordings.iter().zip(&fit.point.locals).enumerate() {
         if scope.includes(number, recording.configuration) {
             let lasts_s = fit.layout.effect_at(problem, entrant, &fit.point, number).value(0);
-            let come = instants.iter().map(|local| locals[*local]).filter(|at_s| *at_s <= recording.lasts_s());
+            let come = instants.iter().map(|local| locals[*local]).filter(|at_s| recording.shows(*at_s));
             parts.extend(come.map(|at_s| (at_s / recording.contact_time_s, lasts_s / recording.contact_time_s)));
         }
     }

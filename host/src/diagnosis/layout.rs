@@ -494,6 +494,16 @@ impl Layout {
         start
     }
 
+    /// Places of a mechanism's instants among the local coordinates.
+    #[must_use]
+    pub fn instants(&self, entrant: usize) -> Vec<usize> {
+        let parameters = self.entrants[entrant].effect.mechanism().parameters;
+        let is_instant = |role: Role| {
+            role.entrant() == Some(entrant) && role.place().is_some_and(|place| parameters[place].is_instant())
+        };
+        (0..self.locals.len()).filter(|local| is_instant(self.locals[*local].role)).collect()
+    }
+
     /// A shared value at a point; `None` where it is no coordinate.
     #[must_use]
     pub fn global(&self, point: &Point, role: Role) -> Option<f64> {
@@ -568,13 +578,12 @@ impl Layout {
     /// A mechanism's values at a point, in the first recording that it acts in, as often as in any.
     #[must_use]
     pub fn effect(&self, problem: &Problem, entrant: usize, point: &Point) -> Effect {
-        let Entrant { scope, effect, .. } = &self.entrants[entrant];
+        let scope = self.entrants[entrant].scope;
         let acts = |number: &usize| scope.includes(*number, problem.recordings[*number].configuration);
-        let instants = effect.mechanism().parameters.iter().enumerate().filter(|(_, parameter)| parameter.is_instant());
-        let instants: Vec<usize> = instants.map(|(place, _)| place).collect();
+        let instants = self.instants(entrant);
         let comes = |number: usize| {
-            let effect = self.effect_at(problem, entrant, point, number);
-            instants.iter().filter(|place| effect.value(**place) <= problem.recordings[number].lasts_s()).count()
+            let shown = |local: &&usize| problem.recordings[number].shows(point.locals[number][**local]);
+            instants.iter().filter(shown).count()
         };
         let often = (0..problem.recordings.len()).filter(acts).map(|number| (comes(number), number));
         let most = often.max_by_key(|(comes, number)| (*comes, Reverse(*number)));

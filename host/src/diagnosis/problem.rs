@@ -146,6 +146,12 @@ impl Prepared {
         self.times_s.last().map_or(0.0, |end| end - self.contact_guess_s)
     }
 
+    /// Whether it still shows an instant, s after the first touch or the release; if not, what happens then never comes.
+    #[must_use]
+    pub fn shows(&self, instant_s: f64) -> bool {
+        instant_s <= self.lasts_s()
+    }
+
     /// An instant after the first touch or the release that never comes, s: twice as late as anything it shows.
     #[must_use]
     pub fn never_s(&self) -> f64 {

@@ -158,8 +158,10 @@ pub fn penalty(problem: &Problem, fit: &Fit) -> f64 {
     };
     let each = (rows / recordings).ln();
     let locals = layout.locals.iter().enumerate().map(|(local, coordinate)| match coordinate.role {
-        Role::Mechanism { entrant, place } if is_of_repeated(layout, entrant, place) => {
-            let comes = |(prepared, locals): &(&Prepared, &Vec<f64>)| locals[local] <= prepared.lasts_s();
+        Role::Mechanism { entrant, .. }
+            if layout.entrants[entrant].is_repeated() && layout.instants(entrant).contains(&local) =>
+        {
+            let comes = |(prepared, locals): &(&Prepared, &Vec<f64>)| prepared.shows(locals[local]);
             let comes_in = problem.recordings.iter().zip(&fit.point.locals).filter(comes).count();
             comes_in as f64 * each + choice(problem, comes_in)
         }
@@ -167,12 +169,6 @@ pub fn penalty(problem: &Problem, fit: &Fit) -> f64 {
         _ => 0.0,
     });
     telling * rows.ln() + fit.silent as f64 * SILENT + locals.sum::<f64>() + choices(problem, layout)
-}
-
-/// Whether a parameter is an instant of what may happen several times in a recording, or not at all.
-fn is_of_repeated(layout: &Layout, entrant: usize, place: usize) -> bool {
-    let entrant = &layout.entrants[entrant];
-    entrant.is_repeated() && entrant.effect.mechanism().parameters[place].is_instant()
 }
 
 /// What the choice of so many recordings costs: how many, and which.

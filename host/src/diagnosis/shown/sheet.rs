@@ -105,7 +105,7 @@ fn of_each_impact(diagnosis: &Diagnosis, place: usize) -> Vec<(&'static str, Str
         let values = recordings.filter(|(index, recording)| scope.includes(*index, recording.configuration)).map(
             |(index, recording)| {
                 let value = layout.effect_at(problem, place, point, index).value(number);
-                let never = parameter.is_instant() && value > recording.lasts_s();
+                let never = parameter.is_instant() && !recording.shows(value);
                 let value = if never { "never".to_owned() } else { format!("{} {}", short(value), parameter.unit) };
                 format!("{value} in {}", recording.name)
             },
