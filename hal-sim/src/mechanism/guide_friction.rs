@@ -32,7 +32,8 @@ pub(super) const CELL_SHARE: Parameter = Parameter {
     plausible: (0.0, 1.0),
     typical: 0.0,
     scale: Scale::Linear,
-    search: Search::Typical,
+    // The loop that the cell sees turns round with it.
+    search: Search::OneOf(&[0.0, 1.0]),
 };
 
 /// What is guided, and how it is held. Of the two after it the first has a meaning with bristles only, the second not where it sticks rigidly.

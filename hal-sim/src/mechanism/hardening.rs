@@ -1,12 +1,18 @@
 //! The pad stiffens as it is pressed together: the closer to solid rubber, the steeper.
 //!
-//! F = k·δ/(1 − δ/δ_l)^p; beyond 95 % of the locking depth δ_l the force goes on along its tangent, so that it is
-//! finite for any depth. On a rig without a pad it is the springs that harden.
+//! F = k·δ/(1 − δ/δ_l)^p (law 0); beyond 95 % of the locking depth δ_l the force goes on along its tangent, so that it is
+//! finite for any depth. On a rig without a pad it is the springs that harden, and with one both alike where they are one rubber, which one
+//! stiffness stands for (`whole`): then δ is what both together are pressed in.
 //!
-//! A pad that is pressed far less than to its locking depth shows p/δ_l alone, F = k·δ·(1 + δ·p/δ_l + …): that is the strength. How
+//! A pad that is pressed far less than to its locking depth shows p/δ_l alone, F = k·δ·(1 + δ·p/δ_l + …): that is the strength, g. How
 //! deep it would lock shows only near that depth.
 //!
-//! Source: locking-material law as used for foams and soft pads; δ_l 0.4 to 0.7 of the thickness.
+//! A foam hardens from the first touch on; what is alike in push and pull only with the square of the depth, F = k·δ·(1 + (g·δ)²), as Duffing's spring
+//! does (law 1). Round bodies harden with a power of it, F = k·δ·(δ/δ_l)^(g·δ_l), half of one between balls (law 2): δ_l is where the stated stiffness
+//! holds then, and nothing locks.
+//!
+//! Source: locking-material law as used for foams and soft pads; δ_l 0.4 to 0.7 of the thickness. G. Duffing, Erzwungene Schwingungen bei
+//! veränderlicher Eigenfrequenz (1918). Power law: K. L. Johnson, Contact Mechanics (1985), ch. 4.
 
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Deformation, ForceLaw, Response};
@@ -19,13 +25,13 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     exact: false,
     by_configuration: &[],
     by_recording: &[],
-    equation: "F = k·δ/(1 − δ/lock)^(growth·lock)",
+    equation: "F = k·δ/(1 − δ/lock)^(growth·lock), k·δ·(1 + (growth·δ)²) or k·δ·(δ/lock)^(growth·lock)",
     source: "locking law; δ_l 0.4 to 0.7 of a pad of 7 to 21 mm",
     parameters: &[
         Parameter {
             name: "growth_per_m",
             unit: "1/m",
-            meaning: "relative growth of the stiffness with depth, where it begins: the law's exponent over its locking depth",
+            meaning: "relative growth of the stiffness with depth, where it begins: the law's exponent over its locking depth; of law 1, one over the depth at which it is twice as stiff",
             null: Some(0.0),
             range: (0.0, 2000.0),
             plausible: (5.0, 500.0),
@@ -36,7 +42,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         Parameter {
             name: "lock_m",
             unit: "m",
-            meaning: "depth at which the pad would be solid",
+            meaning: "depth at which the pad would be solid; of law 2, at which the stated stiffness holds",
             null: None,
             range: (5e-4, 0.1),
             plausible: (0.0028, 0.015),
@@ -44,6 +50,12 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Logarithmic,
             search: Search::OfDepth,
         },
+        Parameter {
+            name: "law",
+            meaning: "0: it locks, 1: it stiffens with the square of the depth, 2: with a power of the depth; others are rounded",
+            ..Parameter::ONE_OF_THREE
+        },
+        Parameter::WHOLE,
     ],
     signature: "a soft toe and a steep top; the fitted stiffness grows with the peak",
     confused_with: &["end-stop", "rate-stiffening", "clearance"],
@@ -52,18 +64,29 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    assembly
-        .contact_laws
-        .push(Box::new(Locking { exponent: effect.value(0) * effect.value(1), lock_m: effect.value(1) }));
+    let (growth_per_m, lock_m, whole) = (effect.value(0), effect.value(1), effect.value(3).round() == 1.0);
+    let exponent = growth_per_m * lock_m;
+    match effect.value(2).round() as u32 {
+        0 => assembly.obey(&Locking { exponent, lock_m, whole }, whole),
+        1 => assembly.obey(&Duffing { growth_per_m, whole }, whole),
+        _ => assembly.obey(&Power { exponent, lock_m, whole }, whole),
+    }
 }
 
 /// Where the tangent takes over, as a part of the locking depth.
 const TANGENT_FROM: f64 = 0.95;
 
-#[derive(Debug)]
+/// The depth that a law speaks of at this deformation is the deformation's times this.
+fn scale(deformation: Deformation, whole: bool) -> f64 {
+    if whole { 1.0 / deformation.share } else { 1.0 }
+}
+
+#[derive(Clone, Debug)]
 struct Locking {
     exponent: f64,
     lock_m: f64,
+    /// Whether that is a depth of pad and springs together.
+    whole: bool,
 }
 
 impl ForceLaw for Locking {
@@ -71,12 +94,57 @@ impl ForceLaw for Locking {
         if deformation.depth_m <= 0.0 {
             return Response::default();
         }
-        let part = (deformation.depth_m / self.lock_m).min(TANGENT_FROM);
+        let lock_m = self.lock_m / scale(deformation, self.whole);
+        let part = (deformation.depth_m / lock_m).min(TANGENT_FROM);
         let steeper = (1.0 - part).powf(-self.exponent);
         let slope = steeper - 1.0 + part * self.exponent * steeper / (1.0 - part);
-        let beyond_m = deformation.depth_m - part * self.lock_m;
+        let beyond_m = deformation.depth_m - part * lock_m;
         Response {
-            force_n: deformation.linear_n_per_m * (part * self.lock_m * (steeper - 1.0) + slope * beyond_m),
+            force_n: deformation.linear_n_per_m * (part * lock_m * (steeper - 1.0) + slope * beyond_m),
+            stiffness_n_per_m: deformation.linear_n_per_m * slope,
+            ..Response::default()
+        }
+    }
+}
+
+#[derive(Clone, Debug)]
+struct Duffing {
+    growth_per_m: f64,
+    whole: bool,
+}
+
+impl ForceLaw for Duffing {
+    fn respond(&self, deformation: Deformation, _elastic: Response, _states: &[f64]) -> Response {
+        let stiffer = (self.growth_per_m * scale(deformation, self.whole) * deformation.depth_m).powi(2);
+        Response {
+            force_n: deformation.linear_n_per_m * stiffer * deformation.depth_m,
+            stiffness_n_per_m: 3.0 * deformation.linear_n_per_m * stiffer,
+            ..Response::default()
+        }
+    }
+}
+
+/// Depths far below this are alike to a power law: at the first touch it would have no stiffness at all, m.
+const SMOOTH_M: f64 = 1e-6;
+
+#[derive(Clone, Debug)]
+struct Power {
+    exponent: f64,
+    lock_m: f64,
+    whole: bool,
+}
+
+impl ForceLaw for Power {
+    fn respond(&self, deformation: Deformation, _elastic: Response, _states: &[f64]) -> Response {
+        if deformation.depth_m <= 0.0 {
+            return Response::default();
+        }
+        let depth_m = deformation.depth_m * scale(deformation, self.whole);
+        let square_m2 = depth_m * depth_m + SMOOTH_M * SMOOTH_M;
+        let stiffer = (square_m2.sqrt() / self.lock_m).powf(self.exponent);
+        let slope = stiffer * (1.0 + self.exponent * depth_m * depth_m / square_m2) - 1.0;
+        Response {
+            force_n: deformation.linear_n_per_m * (stiffer - 1.0) * deformation.depth_m,
             stiffness_n_per_m: deformation.linear_n_per_m * slope,
             ..Response::default()
         }

@@ -34,8 +34,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Logarithmic,
             search: Search::Strength,
         },
-        // The loop that the cell sees turns round with it.
-        Parameter { search: Search::OneOf(&[0.0, 1.0]), ..CELL_SHARE },
+        CELL_SHARE,
         Parameter {
             name: "bristles",
             meaning: "how the guide holds: 0 rigidly, 1 on bristles that bend before they slide",

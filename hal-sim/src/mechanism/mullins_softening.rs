@@ -2,7 +2,7 @@
 //!
 //! k(n) = k_∞·(1 + s·e^(−n/N₀)), n the number of hits that the pad has had since it rested, which is the impact's place
 //! in the campaign. k_∞ is the rig's own stiffness: what a conditioned pad has. On a rig without a pad it is the springs
-//! that settle.
+//! that settle. Where pad and springs are one rubber, which one stiffness stands for, all of it softens (`whole`).
 //!
 //! Source: L. Mullins, Rubber Chem. Technol. 42 (1969) 339; most of the softening happens in the first few cycles.
 
@@ -42,6 +42,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Logarithmic,
             search: Search::Plausible,
         },
+        Parameter::WHOLE,
     ],
     signature: "the first three to five recordings are stiffer, each less than the one before, whatever their speed",
     confused_with: &["rate-stiffening", "pose-dependent-mass", "gain-error"],
@@ -51,8 +52,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
     let factor = 1.0 + effect.value(0) * (-f64::from(assembly.approach.order) / effect.value(1)).exp();
-    let element = assembly.touched_mut();
-    element.stiffness_n_per_m *= factor;
+    assembly.stiffen(factor, effect.value(2).round() == 1.0);
 }
 
 #[cfg(test)]

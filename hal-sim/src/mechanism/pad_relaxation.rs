@@ -55,7 +55,7 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
 }
 
 /// A spring and a dashpot in series.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Branch {
     /// Stiffness over that of the element.
     pub(super) ratio: f64,

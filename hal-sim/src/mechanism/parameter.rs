@@ -36,6 +36,8 @@ pub enum Search {
     Whole(&'static [f64]),
     /// At each of these, and held there: a form of its own, which is followed beside the others.
     Form(&'static [f64]),
+    /// The same, of a rig that has a pad: without one its forms are alike, and it is held at the first.
+    PaddedForm(&'static [f64]),
     /// Spread over the plausible range.
     Plausible,
     /// At parts of the strokes that the springs have made.
@@ -74,7 +76,7 @@ impl Search {
     #[must_use]
     pub const fn remark(self) -> &'static str {
         match self {
-            Self::Held | Self::Whole(_) | Self::Form(_) => "held, not fitted",
+            Self::Held | Self::Whole(_) | Self::Form(_) | Self::PaddedForm(_) => "held, not fitted",
             Self::EachImpact | Self::EachInstant | Self::Again => "each impact has its own",
             _ => "",
         }
@@ -112,16 +114,24 @@ impl Parameter {
     pub(super) const ONE_OF_THREE: Self =
         Self { range: (0.0, 2.0), plausible: (0.0, 2.0), search: Search::Form(&[0.0, 1.0, 2.0]), ..Self::EITHER };
 
+    /// Whether what is said of the pad holds of the springs behind it as well.
+    pub const WHOLE: Self = Self {
+        name: "whole",
+        meaning: "0: the pad alone, 1: pad and springs alike, as if they were one; others are rounded",
+        search: Search::PaddedForm(&[0.0, 1.0]),
+        ..Self::EITHER
+    };
+
     /// Whether it is held at its value when a mechanism is fitted.
     #[must_use]
     pub fn is_held(&self) -> bool {
-        matches!(self.search, Search::Held | Search::Whole(_) | Search::Form(_))
+        matches!(self.search, Search::Held | Search::Whole(_)) || self.is_form()
     }
 
     /// Whether it is a choice between forms of its mechanism.
     #[must_use]
     pub fn is_form(&self) -> bool {
-        matches!(self.search, Search::Form(_))
+        matches!(self.search, Search::Form(_) | Search::PaddedForm(_))
     }
 
     /// Whether every impact has a value of its own.

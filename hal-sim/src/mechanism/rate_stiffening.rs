@@ -11,7 +11,8 @@
 //!
 //! What stiffens with the logarithm of the rate softens with that of time: a rubber that is a stiffer for e times the speed is
 //! a softer again once it has forgotten a factor e of it, after τ. F = k(v)·δ − a·k·z, ż = (δ − z)/τ; an impact that lasts t_c, short
-//! beside τ, loses a·t_c/τ of its energy. On a rig without a pad it is the springs' stiffness that grows.
+//! beside τ, loses a·t_c/τ of its energy. On a rig without a pad it is the springs' stiffness that grows, and with one that of both where
+//! they are one rubber, which one stiffness stands for (`whole`).
 //!
 //! Source: logarithmic rate law of rubber and foam in drop tests; a 0.02 to 0.1 per factor e. Equivalence of rate and time in
 //! relaxation: J. D. Ferry, Viscoelastic Properties of Polymers (1980), ch. 3.
@@ -79,6 +80,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             meaning: "0: the speed at first contact counts, 1: the rate at each instant; others are rounded",
             ..Parameter::EITHER
         },
+        Parameter::WHOLE,
     ],
     signature: "the fitted stiffness grows with the logarithm of the speed; each pulse loses little",
     confused_with: &["hardening", "joint-elasticity", "mullins-softening"],
@@ -91,37 +93,32 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
     let speed = approach.speed_m_per_s.abs().max(SLOWEST_M_PER_S);
     let (per_e_fold, memory_s) = (effect.value(0), effect.value(1));
     let e_folds = (speed / effect.value(2)).ln();
+    let whole = effect.value(4).round() == 1.0;
     if effect.value(3).round() == 1.0 {
-        let behind_n_per_m = assembly.pad.is_some().then_some(assembly.spring.stiffness_n_per_m);
         let mass_kg = approach.effective_mass_kg;
-        let law = Instantaneous { per_e_fold, e_folds, speed_m_per_s: speed, mass_kg, behind_n_per_m };
-        assembly.contact_laws.push(Box::new(law));
+        assembly.obey(&Instantaneous { per_e_fold, e_folds, speed_m_per_s: speed, mass_kg }, whole);
         return;
     }
-    let element = assembly.touched_mut();
-    element.stiffness_n_per_m *= (1.0 + per_e_fold * e_folds).max(SOFTEST);
+    assembly.stiffen((1.0 + per_e_fold * e_folds).max(SOFTEST), whole);
     // No part of it has been forgotten at first, a factor e of the speed in the end.
-    assembly.contact_laws.push(Box::new(Branch { ratio: per_e_fold, time_constant_s: memory_s, at_once: 0.0 }));
+    assembly.obey(&Branch { ratio: per_e_fold, time_constant_s: memory_s, at_once: 0.0 }, whole);
 }
 
 /// Stiffer by the rate at each instant.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Instantaneous {
     per_e_fold: f64,
     /// Of the speed at first contact over the reference.
     e_folds: f64,
     speed_m_per_s: f64,
     mass_kg: f64,
-    /// The springs behind a pad.
-    behind_n_per_m: Option<f64>,
 }
 
 impl ForceLaw for Instantaneous {
     fn respond(&self, deformation: Deformation, _elastic: Response, _states: &[f64]) -> Response {
         let stiffness = deformation.linear_n_per_m;
-        let series = self.behind_n_per_m.map_or(stiffness, |behind| 1.0 / (1.0 / stiffness + 1.0 / behind));
         // How deep the element is pressed in by an impact without this effect.
-        let deepest_m = self.speed_m_per_s * (self.mass_kg / series).sqrt() * series / stiffness;
+        let deepest_m = self.speed_m_per_s * (self.mass_kg * deformation.share / stiffness).sqrt();
         let part = (deformation.depth_m / deepest_m).clamp(-1.0, 1.0);
         // The square of the rate over that at first contact, with what keeps a logarithm from having no bottom.
         let square = 1.0 - part * part + 2.0 * self.per_e_fold.abs();

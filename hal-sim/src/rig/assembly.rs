@@ -54,6 +54,24 @@ impl Assembly {
         self.pad.as_mut().unwrap_or(&mut self.spring)
     }
 
+    /// What the robot touches has one more law, or pad and springs alike.
+    pub fn obey<L: ForceLaw + Clone + 'static>(&mut self, law: &L, whole: bool) {
+        self.contact_laws.push(Box::new(law.clone()));
+        if whole && self.pad.is_some() {
+            self.spring.laws.push(Box::new(law.clone()));
+        }
+    }
+
+    /// Multiplies the stiffness of what the robot touches, or of pad and springs alike.
+    pub fn stiffen(&mut self, factor: f64, whole: bool) {
+        if let Some(pad) = &mut self.pad {
+            pad.stiffness_n_per_m *= factor;
+        }
+        if whole || self.pad.is_none() {
+            self.spring.stiffness_n_per_m *= factor;
+        }
+    }
+
     /// Puts the rig together for one impact.
     ///
     /// # Errors
@@ -95,7 +113,12 @@ impl Assembly {
         assembly.approach.check()?;
         let laws = std::mem::take(&mut assembly.contact_laws);
         match &mut assembly.pad {
-            Some(pad) => pad.laws.extend(laws),
+            Some(pad) => {
+                pad.laws.extend(laws);
+                let both_n_per_m = pad.stiffness_n_per_m + assembly.spring.stiffness_n_per_m;
+                pad.share = assembly.spring.stiffness_n_per_m / both_n_per_m;
+                assembly.spring.share = pad.stiffness_n_per_m / both_n_per_m;
+            }
             None => assembly.spring.laws.extend(laws),
         }
         Ok(assembly)
@@ -120,6 +143,8 @@ pub struct Element {
     pub stiffness_n_per_m: f64,
     /// Viscous damping of the material, N·s/m.
     pub damping_ns_per_m: f64,
+    /// Its part of what pad and springs together are pressed in, by their linear stiffness; 1 where there is no pad.
+    pub share: f64,
     /// The part of its stiffness that bears from the first touch on; what a law takes from it bears later.
     pub without_play: f64,
     /// The tension that it bears before the robot comes off it, N; 0: none.
@@ -137,6 +162,7 @@ impl Element {
         Self {
             stiffness_n_per_m,
             damping_ns_per_m: 0.0,
+            share: 1.0,
             without_play: 1.0,
             pull_off_n: 0.0,
             neck_m: 0.0,
@@ -155,6 +181,8 @@ pub struct Deformation {
     /// Linear stiffness of the element, N/m, after every effect has entered; laws that scale with it take it from here,
     /// so that it does not matter which effect entered first.
     pub linear_n_per_m: f64,
+    /// The element's part of what pad and springs together are pressed in, by that stiffness; 1 where there is no pad.
+    pub share: f64,
     /// Whether the depth is beyond the law's [`ForceLaw::knot_m`]; it holds for a whole smooth stretch of the
     /// motion, so that the solver never steps across a kink.
     pub beyond_knot: bool,

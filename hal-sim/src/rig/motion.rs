@@ -1271,6 +1271,7 @@ fn deformation(element: &Element, depth_m: f64, rate_m_per_s: f64, beyond: u32, 
         depth_m,
         rate_m_per_s,
         linear_n_per_m: element.stiffness_n_per_m,
+        share: element.share,
         beyond_knot,
         sticks: element.pull_off_n > 0.0,
     }

@@ -72,16 +72,19 @@ impl Reach {
     /// The mechanism at every start of its grid, in each of its forms.
     #[must_use]
     pub fn starts(&self, mechanism: &'static Mechanism) -> Vec<Effect> {
-        let mut starts = self.on_grid(mechanism, vec![mechanism.typical()], |parameter| !parameter.is_form());
-        while starts.len() > MOST_STARTS {
-            // By the golden section and not one in two, which would take one value of two away for good.
-            let mut place = 0.0;
-            starts.retain(|_| {
-                place = (place + GOLDEN) % 1.0;
-                place < 0.5
-            });
-        }
-        self.on_grid(mechanism, starts, Parameter::is_form)
+        let of_form = |form: Effect| {
+            let mut starts = self.on_grid(mechanism, vec![form], |parameter| !parameter.is_form());
+            while starts.len() > MOST_STARTS {
+                // By the golden section and not one in two, which would take one value of two away for good.
+                let mut place = 0.0;
+                starts.retain(|_| {
+                    place = (place + GOLDEN) % 1.0;
+                    place < 0.5
+                });
+            }
+            starts
+        };
+        self.forms(mechanism.typical()).into_iter().flat_map(of_form).collect()
     }
 
     /// An effect in each of its mechanism's forms, with the values that it has.
@@ -103,12 +106,12 @@ impl Reach {
 
     /// Each start with every value at which this parameter's search begins.
     fn along(&self, mechanism: &Mechanism, starts: Vec<Effect>, place: usize) -> Vec<Effect> {
-        let values = self.values(mechanism, place);
-        if values.is_empty() {
-            return starts;
-        }
         let (low, high) = mechanism.parameters[place].range;
-        let each = |start: &Effect| {
+        let each = |start: Effect| {
+            let values = self.values(&start, place);
+            if values.is_empty() {
+                return vec![start];
+            }
             let with = |value: &f64| {
                 let mut effect = start.clone();
                 effect.set_value(place, value.clamp(low, high)).ok()?;
@@ -116,11 +119,12 @@ impl Reach {
             };
             values.iter().filter_map(with).collect::<Vec<_>>()
         };
-        starts.iter().flat_map(each).collect()
+        starts.into_iter().flat_map(each).collect()
     }
 
-    /// Values at which a parameter's search begins; none: at its typical value.
-    fn values(&self, mechanism: &Mechanism, place: usize) -> Vec<f64> {
+    /// Values at which the search of a parameter of an effect begins; none: at its typical value.
+    fn values(&self, effect: &Effect, place: usize) -> Vec<f64> {
+        let mechanism = effect.mechanism();
         let parameter = &mechanism.parameters[place];
         let (low, high) = parameter.plausible;
         let spaced = |count: usize, low: f64, high: f64| -> Vec<f64> {
@@ -138,7 +142,8 @@ impl Reach {
         };
         match parameter.search {
             Search::Held | Search::EachImpact | Search::EachInstant | Search::Again | Search::Typical => Vec::new(),
-            Search::OneOf(values) | Search::Whole(values) | Search::Form(values) => values.to_vec(),
+            Search::PaddedForm(values) if self.pad_n_per_m.is_none() => values[..1].to_vec(),
+            Search::PaddedForm(values) | Search::OneOf(values) | Search::Whole(values) | Search::Form(values) => values.to_vec(),
             // Finite strengths over all that is likely: what a mechanism shows need not be in proportion. On a scale of differences,
             // where it may have either sign, it mostly is: a little of it.
             Search::Strength if parameter.scale == Scale::Linear => vec![SMALL_PART * high.abs().max(low.abs())],
@@ -149,7 +154,11 @@ impl Reach {
             Search::Strength => spaced(STRENGTHS, low, high),
             Search::Plausible => spaced(if parameter.scale == Scale::Linear { 2 } else { 4 }, low, high),
             Search::OfStroke => parts(&self.strokes_m, &[0.1, 0.3, 0.5, 0.7, 0.85, 0.95]),
-            Search::OfDepth => parts(&self.depths_m, &[1.1, 1.6, 3.0]),
+            Search::OfDepth => {
+                let pad_n_per_m = self.pad_n_per_m.filter(|_| effect.get(Parameter::WHOLE.name) == Ok(1.0));
+                let behind = pad_n_per_m.map_or(0.0, |pad_n_per_m| pad_n_per_m / self.body_n_per_m);
+                parts(&self.depths_m, &[1.1, 1.6, 3.0].map(|part| part * (1.0 + behind)))
+            }
             Search::OfPeak => parts(&self.peaks_n, &[0.06, 0.15, 0.35, 0.6, 0.8, 0.93]),
             Search::OfContactTime => {
                 let middle = self.contact_times_s[self.contact_times_s.len() / 2];
