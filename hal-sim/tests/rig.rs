@@ -567,6 +567,69 @@ fn a_hardening_spring_stops_the_robot_where_its_energy_is_used_up() {
     assert_near("speed after", bottomed.speed_after_m_per_s, -0.6, 1e-5);
 }
 
+/// Energy: of Duffing's spring ½k·x²·(1 + (g·x)²/2), of a power law k·x²·(x/L)^q/(2 + q).
+#[test]
+fn springs_of_duffing_and_hertz_stop_the_robot_where_its_energy_is_used_up() {
+    let (k, mass, speed) = (25e3, 6.0, 0.3);
+    let of = |law: &str| {
+        let contact = strike(&Rig::impact(k), speed, mass, &[&format!("hardening:{law}")], 0.1).truth().contacts[0];
+        assert_near("speed after", contact.speed_after_m_per_s, -speed, 1e-7);
+        (contact.stroke_m, contact.peak_n)
+    };
+    let energy = 0.5 * mass * speed * speed;
+    let (x, peak) = of("growth_per_m=120,law=1");
+    let square = (120.0 * x).powi(2);
+    assert_near("Duffing's energy", 0.5 * k * x * x * (1.0 + 0.5 * square), energy, 1e-7);
+    assert_near("Duffing's peak", peak, k * x * (1.0 + square), 1e-4);
+    let (x, peak) = of("growth_per_m=50,lock_m=0.01,law=2");
+    let stiffer = (x / 0.01).sqrt();
+    // Below a micrometre it is linear: 10⁻⁴ of the force at that depth.
+    assert_near("Hertz' energy", k * x * x * stiffer / 2.5, energy, 1e-6);
+    assert_near("Hertz' peak", peak, k * x * stiffer, 1e-3);
+}
+
+/// Where the damping is in proportion to 1/v₀ the speed is but a scale, of which the restitution does not depend.
+#[test]
+fn lankarani_and_nikravesh_return_the_same_part_at_every_speed() {
+    let returned = |speed: f64| {
+        let effect = "hunt-crossley-damping:alpha_s_per_m=0.4,law=1";
+        -strike(&Rig::impact(25e3), speed, 6.0, &[effect], 0.2).truth().contacts[0].speed_after_m_per_s / speed
+    };
+    let hunt_and_crossley = strike(&Rig::impact(25e3), 0.25, 6.0, &["hunt-crossley-damping:alpha_s_per_m=0.4"], 0.2);
+    assert_near("at 0.25 m/s", returned(0.25), -hunt_and_crossley.truth().contacts[0].speed_after_m_per_s / 0.25, 1e-9);
+    for speed in [0.05, 0.6] {
+        assert_near("restitution", returned(speed), returned(0.25), 1e-6);
+    }
+}
+
+/// What pad and springs do alike they do as one spring of their stiffness in series.
+#[test]
+fn pad_and_springs_that_are_alike_are_one_spring() {
+    let padded = Rig::impact(25e3).with_pad(80e3);
+    let one = Rig::impact(padded.effective_stiffness_n_per_m());
+    for law in [
+        "hardening:growth_per_m=60,lock_m=0.02",
+        "hardening:growth_per_m=80,law=1",
+        "hardening:growth_per_m=50,lock_m=0.01,law=2",
+        "rate-stiffening:per_e_fold=0.06,memory_s=0.5",
+        "rate-stiffening:per_e_fold=0.03,law=1",
+        "mullins-softening:excess=0.2,hits=3",
+        "hunt-crossley-damping:alpha_s_per_m=0.2",
+        "hunt-crossley-damping:alpha_s_per_m=0.3,law=1",
+    ] {
+        let whole = strike(&padded, 0.3, 6.0, &[&format!("{law},whole=1")], 0.1);
+        let alone = strike(&one, 0.3, 6.0, &[law], 0.1);
+        let pad_only = strike(&padded, 0.3, 6.0, &[law], 0.1);
+        let peak = alone.truth().peak_n;
+        assert_near(law, whole.truth().peak_n, peak, 1e-5 * peak);
+        assert!((pad_only.truth().peak_n / peak - 1.0).abs() > 1e-3, "{law}: the pad alone is something else");
+        for part in 1..10 {
+            let time = 0.005 * f64::from(part);
+            assert_near(law, whole.force_n(time), alone.force_n(time), 2e-5 * peak);
+        }
+    }
+}
+
 /// What the chain does to a half sine can be written down for every sample.
 #[test]
 fn drift_rails_hum_and_gain_act_on_every_sample_as_written() {

@@ -76,11 +76,6 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
 /// Where the tangent takes over, as a part of the locking depth.
 const TANGENT_FROM: f64 = 0.95;
 
-/// The depth that a law speaks of at this deformation is the deformation's times this.
-fn scale(deformation: Deformation, whole: bool) -> f64 {
-    if whole { 1.0 / deformation.share } else { 1.0 }
-}
-
 #[derive(Clone, Debug)]
 struct Locking {
     exponent: f64,
@@ -94,7 +89,7 @@ impl ForceLaw for Locking {
         if deformation.depth_m <= 0.0 {
             return Response::default();
         }
-        let lock_m = self.lock_m / scale(deformation, self.whole);
+        let lock_m = self.lock_m / deformation.scale(self.whole);
         let part = (deformation.depth_m / lock_m).min(TANGENT_FROM);
         let steeper = (1.0 - part).powf(-self.exponent);
         let slope = steeper - 1.0 + part * self.exponent * steeper / (1.0 - part);
@@ -115,7 +110,7 @@ struct Duffing {
 
 impl ForceLaw for Duffing {
     fn respond(&self, deformation: Deformation, _elastic: Response, _states: &[f64]) -> Response {
-        let stiffer = (self.growth_per_m * scale(deformation, self.whole) * deformation.depth_m).powi(2);
+        let stiffer = (self.growth_per_m * deformation.scale(self.whole) * deformation.depth_m).powi(2);
         Response {
             force_n: deformation.linear_n_per_m * stiffer * deformation.depth_m,
             stiffness_n_per_m: 3.0 * deformation.linear_n_per_m * stiffer,
@@ -139,7 +134,7 @@ impl ForceLaw for Power {
         if deformation.depth_m <= 0.0 {
             return Response::default();
         }
-        let depth_m = deformation.depth_m * scale(deformation, self.whole);
+        let depth_m = deformation.depth_m * deformation.scale(self.whole);
         let square_m2 = depth_m * depth_m + SMOOTH_M * SMOOTH_M;
         let stiffer = (square_m2.sqrt() / self.lock_m).powf(self.exponent);
         let slope = stiffer * (1.0 + self.exponent * depth_m * depth_m / square_m2) - 1.0;

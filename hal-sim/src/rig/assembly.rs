@@ -191,6 +191,14 @@ pub struct Deformation {
     pub sticks: bool,
 }
 
+impl Deformation {
+    /// The depth and the rate that a law speaks of are this times the element's: its own, or those of pad and springs together.
+    #[must_use]
+    pub fn scale(self, whole: bool) -> f64 {
+        if whole { self.share.recip() } else { 1.0 }
+    }
+}
+
 /// A force with its partial derivatives, which the balance of a massless piece needs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Response {

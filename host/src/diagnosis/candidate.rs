@@ -143,7 +143,9 @@ impl Reach {
         match parameter.search {
             Search::Held | Search::EachImpact | Search::EachInstant | Search::Again | Search::Typical => Vec::new(),
             Search::PaddedForm(values) if self.pad_n_per_m.is_none() => values[..1].to_vec(),
-            Search::PaddedForm(values) | Search::OneOf(values) | Search::Whole(values) | Search::Form(values) => values.to_vec(),
+            Search::PaddedForm(values) | Search::OneOf(values) | Search::Whole(values) | Search::Form(values) => {
+                values.to_vec()
+            }
             // Finite strengths over all that is likely: what a mechanism shows need not be in proportion. On a scale of differences,
             // where it may have either sign, it mostly is: a little of it.
             Search::Strength if parameter.scale == Scale::Linear => vec![SMALL_PART * high.abs().max(low.abs())],
