@@ -8,7 +8,7 @@
 //! deep it would lock shows only near that depth.
 //!
 //! A foam hardens from the first touch on; what is alike in push and pull only with the square of the depth, F = k·δ·(1 + (g·δ)²), as Duffing's spring
-//! does (law 1). Round bodies harden with a power of it, F = k·δ·(δ/δ_l)^(g·δ_l), half of one between balls (law 2): δ_l is where the stated stiffness
+//! does (law 1). Round bodies harden with a power of it, F = k·δ·(δ/δ_l)^(g·δ_l), half of one between balls, the most (law 2): δ_l is where the stated stiffness
 //! holds then, and nothing locks.
 //!
 //! Source: locking-material law as used for foams and soft pads; δ_l 0.4 to 0.7 of the thickness. G. Duffing, Erzwungene Schwingungen bei
@@ -69,7 +69,7 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
     match effect.value(2).round() as u32 {
         0 => assembly.obey(&Locking { exponent, lock_m, whole }, whole),
         1 => assembly.obey(&Duffing { growth_per_m, whole }, whole),
-        _ => assembly.obey(&Power { exponent, lock_m, whole }, whole),
+        _ => assembly.obey(&Power { exponent: exponent.min(BALLS), lock_m, whole }, whole),
     }
 }
 
@@ -119,8 +119,11 @@ impl ForceLaw for Duffing {
     }
 }
 
-/// Depths far below this are alike to a power law: at the first touch it would have no stiffness at all, m.
-const SMOOTH_M: f64 = 1e-6;
+/// No round body hardens more than a ball does.
+const BALLS: f64 = 0.5;
+
+/// Depths far below this, a rubber's roughness, are alike to a power law: at the first touch it would have no stiffness at all, m.
+const SMOOTH_M: f64 = 1e-5;
 
 #[derive(Clone, Debug)]
 struct Power {
@@ -130,18 +133,16 @@ struct Power {
 }
 
 impl ForceLaw for Power {
-    fn respond(&self, deformation: Deformation, _elastic: Response, _states: &[f64]) -> Response {
+    /// It takes from what there is: with play in the springs, less than of the linear stiffness.
+    fn respond(&self, deformation: Deformation, elastic: Response, _states: &[f64]) -> Response {
         if deformation.depth_m <= 0.0 {
             return Response::default();
         }
-        let depth_m = deformation.depth_m * deformation.scale(self.whole);
+        let scale = deformation.scale(self.whole);
+        let depth_m = deformation.depth_m * scale;
         let square_m2 = depth_m * depth_m + SMOOTH_M * SMOOTH_M;
         let stiffer = (square_m2.sqrt() / self.lock_m).powf(self.exponent);
-        let slope = stiffer * (1.0 + self.exponent * depth_m * depth_m / square_m2) - 1.0;
-        Response {
-            force_n: deformation.linear_n_per_m * (stiffer - 1.0) * deformation.depth_m,
-            stiffness_n_per_m: deformation.linear_n_per_m * slope,
-            ..Response::default()
-        }
+        let growing_per_m = stiffer * self.exponent * depth_m / square_m2 * scale;
+        elastic.times(stiffer - 1.0, growing_per_m)
     }
 }

@@ -115,7 +115,8 @@ struct Instantaneous {
 }
 
 impl ForceLaw for Instantaneous {
-    fn respond(&self, deformation: Deformation, _elastic: Response, _states: &[f64]) -> Response {
+    /// It takes from what there is: with play in the springs, less than of the linear stiffness.
+    fn respond(&self, deformation: Deformation, elastic: Response, _states: &[f64]) -> Response {
         let stiffness = deformation.linear_n_per_m;
         // How deep the element is pressed in by an impact without this effect.
         let deepest_m = self.speed_m_per_s * (self.mass_kg * deformation.share / stiffness).sqrt();
@@ -124,19 +125,10 @@ impl ForceLaw for Instantaneous {
         let square = 1.0 - part * part + 2.0 * self.per_e_fold.abs();
         let factor = self.per_e_fold * (self.e_folds + 0.5 * square.ln());
         if factor < SOFTEST_AT_ONCE - 1.0 {
-            let softest = (SOFTEST_AT_ONCE - 1.0) * stiffness;
-            return Response {
-                force_n: softest * deformation.depth_m,
-                stiffness_n_per_m: softest,
-                ..Response::default()
-            };
+            return elastic.times(SOFTEST_AT_ONCE - 1.0, 0.0);
         }
-        let falling = if part.abs() < 1.0 { self.per_e_fold * part * part / square } else { 0.0 };
-        Response {
-            force_n: factor * stiffness * deformation.depth_m,
-            stiffness_n_per_m: (factor - falling) * stiffness,
-            ..Response::default()
-        }
+        let falling_per_m = if part.abs() < 1.0 { self.per_e_fold * part / (square * deepest_m) } else { 0.0 };
+        elastic.times(factor, -falling_per_m)
     }
 }
 

@@ -16,6 +16,8 @@ pub struct Assembly {
     pub pad: Option<Element>,
     /// What acts on the contact: on the pad where there is one, else on the spring (paper 1, eq. 12).
     pub contact_laws: Vec<Box<dyn ForceLaw>>,
+    /// What acts on the springs alike where there is a pad: laws of both ([`obey`](Self::obey)).
+    alike_laws: Vec<Box<dyn ForceLaw>>,
     /// The body springs.
     pub spring: Element,
     /// A dashpot beside pad and springs together, from the robot to what the rig stands on, through the cell, N·s/m.
@@ -58,7 +60,7 @@ impl Assembly {
     pub fn obey<L: ForceLaw + Clone + 'static>(&mut self, law: &L, whole: bool) {
         self.contact_laws.push(Box::new(law.clone()));
         if whole && self.pad.is_some() {
-            self.spring.laws.push(Box::new(law.clone()));
+            self.alike_laws.push(Box::new(law.clone()));
         }
     }
 
@@ -84,6 +86,7 @@ impl Assembly {
             approach: *approach,
             pad: rig.pad_stiffness_n_per_m.map(Element::linear),
             contact_laws: Vec::new(),
+            alike_laws: Vec::new(),
             spring: Element::linear(rig.body_stiffness_n_per_m),
             across_ns_per_m: 0.0,
             guide: Guide::default(),
@@ -115,6 +118,7 @@ impl Assembly {
         match &mut assembly.pad {
             Some(pad) => {
                 pad.laws.extend(laws);
+                assembly.spring.laws.append(&mut assembly.alike_laws);
                 let both_n_per_m = pad.stiffness_n_per_m + assembly.spring.stiffness_n_per_m;
                 pad.share = assembly.spring.stiffness_n_per_m / both_n_per_m;
                 assembly.spring.share = pad.stiffness_n_per_m / both_n_per_m;
@@ -210,6 +214,19 @@ pub struct Response {
     pub damping_ns_per_m: f64,
     /// Rate of the force at fixed depth and rate of depth, because the law's own states move, N/s.
     pub drift_n_per_s: f64,
+}
+
+impl Response {
+    /// This times a factor that grows with depth, 1/m.
+    #[must_use]
+    pub fn times(self, factor: f64, growing_per_m: f64) -> Self {
+        Self {
+            force_n: factor * self.force_n,
+            stiffness_n_per_m: factor * self.stiffness_n_per_m + growing_per_m * self.force_n,
+            damping_ns_per_m: factor * self.damping_ns_per_m,
+            drift_n_per_s: factor * self.drift_n_per_s,
+        }
+    }
 }
 
 impl std::ops::AddAssign for Response {

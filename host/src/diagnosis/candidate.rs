@@ -156,6 +156,8 @@ impl Reach {
             Search::Strength => spaced(STRENGTHS, low, high),
             Search::Plausible => spaced(if parameter.scale == Scale::Linear { 2 } else { 4 }, low, high),
             Search::OfStroke => parts(&self.strokes_m, &[0.1, 0.3, 0.5, 0.7, 0.85, 0.95]),
+            // A law that does not lock has no such depth.
+            Search::OfDepth if effect.get("law").is_ok_and(|law| law != 0.0) => Vec::new(),
             Search::OfDepth => {
                 let pad_n_per_m = self.pad_n_per_m.filter(|_| effect.get(Parameter::WHOLE.name) == Ok(1.0));
                 let behind = pad_n_per_m.map_or(0.0, |pad_n_per_m| pad_n_per_m / self.body_n_per_m);
