@@ -113,6 +113,18 @@ pub struct Approach {
 }
 
 impl Approach {
+    /// Where something depends on the speed, it is stated at this one, m/s: the reduced speed of a robot under manual control (ISO 10218-1).
+    pub const REDUCED_SPEED_M_PER_S: f64 = 0.25;
+
+    /// Below this speed a pad is pressed, not hit, m/s.
+    const PRESSING_M_PER_S: f64 = 0.005;
+
+    /// How fast it hits, m/s, where only the logarithm of that or one over it counts: no more slowly than a press is.
+    #[must_use]
+    pub fn hits_m_per_s(&self) -> f64 {
+        self.speed_m_per_s.abs().max(Self::PRESSING_M_PER_S)
+    }
+
     /// An impact at this speed (m/s) of this mass (kg), the first of its campaign.
     #[must_use]
     pub fn new(speed_m_per_s: f64, effective_mass_kg: f64) -> Self {

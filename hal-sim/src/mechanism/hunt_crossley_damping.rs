@@ -10,7 +10,7 @@
 //! J. Mech. Des. 112 (1990) 369, F = F_el·(1 + ¾·(1 − e²)·δ̇/v₀).
 
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
-use crate::rig::{Assembly, Deformation, ForceLaw, Response};
+use crate::rig::{Approach, Assembly, Deformation, ForceLaw, Response};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "hunt-crossley-damping",
@@ -48,18 +48,11 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    let speed_m_per_s = assembly.approach.speed_m_per_s.abs().max(SLOWEST_M_PER_S);
-    let times = if effect.value(1).round() == 1.0 { STATED_AT_M_PER_S / speed_m_per_s } else { 1.0 };
+    let is_same_part = effect.value(1).round() == 1.0;
+    let times = if is_same_part { Approach::REDUCED_SPEED_M_PER_S / assembly.approach.hits_m_per_s() } else { 1.0 };
     let whole = effect.value(2).round() == 1.0;
     assembly.obey(&HuntCrossley { alpha_s_per_m: effect.value(0) * times, whole }, whole);
 }
-
-/// The speed at which α is stated where the loss is the same part of every impact: the reduced speed of a robot under manual control
-/// (ISO 10218-1).
-const STATED_AT_M_PER_S: f64 = 0.25;
-
-/// Below this speed the pad is pressed, not hit, and it is damped no more for that, m/s.
-const SLOWEST_M_PER_S: f64 = 0.005;
 
 #[derive(Clone, Debug)]
 struct HuntCrossley {

@@ -28,9 +28,6 @@ const SOFTEST: f64 = 0.1;
 /// falls with depth has no balance behind a spring.
 const SOFTEST_AT_ONCE: f64 = SOFTEST + 0.5;
 
-/// Below this speed the pad is pressed, not hit, and its stiffness falls no further, m/s.
-const SLOWEST_M_PER_S: f64 = 0.005;
-
 pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "rate-stiffening",
     group: Group::Contact,
@@ -90,7 +87,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
     let approach = assembly.approach;
-    let speed = approach.speed_m_per_s.abs().max(SLOWEST_M_PER_S);
+    let speed = approach.hits_m_per_s();
     let (per_e_fold, memory_s) = (effect.value(0), effect.value(1));
     let e_folds = (speed / effect.value(2)).ln();
     let whole = effect.value(4).round() == 1.0;

@@ -298,7 +298,7 @@ pub struct Guide {
     /// stands on it.
     pub cell_share: f64,
     /// Which part of the friction the springs press with after the robot has left a piece without a mass of its own at
-    /// [`REST_SPEED_M_PER_S`](Self::REST_SPEED_M_PER_S).
+    /// [`Approach::REDUCED_SPEED_M_PER_S`].
     pub rest_share: f64,
 }
 
@@ -321,9 +321,6 @@ impl Default for Guide {
 }
 
 impl Guide {
-    /// The speed that `rest_share` is stated at, m/s: the reduced speed of a robot under manual control (ISO 10218-1).
-    pub const REST_SPEED_M_PER_S: f64 = 0.25;
-
     /// The guide stands on the cell with this part of its friction. It is one guide whatever rubs in it: of two that say it the larger one
     /// holds, in whatever order they enter.
     pub fn stands_on_cell(&mut self, share: f64) {
@@ -375,7 +372,7 @@ impl Guide {
     /// of a small mass m, and nothing on average for a fast one, which swings to and fro.
     #[must_use]
     pub fn left_share(&self, velocity_m_per_s: f64) -> f64 {
-        self.rest_share.powf(velocity_m_per_s.abs() / Self::REST_SPEED_M_PER_S)
+        self.rest_share.powf(velocity_m_per_s.abs() / Approach::REDUCED_SPEED_M_PER_S)
     }
 
     /// Friction at a speed over friction of fast sliding.
