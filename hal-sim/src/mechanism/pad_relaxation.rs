@@ -44,7 +44,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         },
     ],
     signature: "decay while held, to a plateau; a lower unloading; the loss is greatest where the pulse lasts about τ",
-    confused_with: &["hunt-crossley-damping", "piezo-discharge", "joint-elasticity", "robot-push"],
+    confused_with: &["hunt-crossley-damping", "viscous-damping", "piezo-discharge", "joint-elasticity", "robot-push"],
     separated_by: "a held contact: relaxation ends at a plateau, discharge at nothing",
     enter,
 };

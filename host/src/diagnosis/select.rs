@@ -291,6 +291,7 @@ pub fn select(
     let here = selecting.revised(here, progress)?;
     let here = selecting.paired(here, progress)?;
     let here = selecting.steadied(here, progress)?;
+    let here = selecting.substituted(here, progress)?;
     let here = selecting.stripped(here)?;
     selecting.meet_kin(&here);
     let here = selecting.foretelling(here)?;
@@ -641,6 +642,44 @@ impl Selecting<'_> {
         let lightest = better.min_by(|a, b| self.burden(&a.1).total_cmp(&self.burden(&b.1)));
         let Some((place, trial)) = lightest.cloned() else { return Some(from) };
         self.exchange(from, place, trial)
+    }
+
+    /// Puts into the place of each of several mechanisms what it is confused with, all else as it has come to beside that: without it the others have
+    /// taken its part, and beside those what is right may promise nothing. A pad that relaxes at once is a dashpot.
+    fn substituted(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
+        let mut here = from;
+        for _ in 0..ROUNDS {
+            if here.mechanisms() < 2 {
+                break;
+            }
+            progress("does another stand in for one of them");
+            let instead = (0..here.mechanisms()).flat_map(|place| {
+                let trials = self.in_place_of(&here, place).unwrap_or_default();
+                trials.into_iter().map(move |trial| (place, trial))
+            });
+            let instead: Vec<(usize, Trial)> = instead.collect();
+            let better = instead.iter().filter(|(_, trial)| self.is_lighter(trial, &here.trial));
+            let lightest = better.min_by(|a, b| self.burden(&a.1).total_cmp(&self.burden(&b.1))).cloned();
+            self.rivals.extend(instead);
+            let Some((place, trial)) = lightest else { break };
+            here = self.exchange(here, place, trial)?;
+        }
+        Some(here)
+    }
+
+    /// What one mechanism of a model is confused with in its place, refitted from where the model is.
+    fn in_place_of(&self, here: &Standing, place: usize) -> Option<Vec<Trial>> {
+        let Fit { layout, point, cost, .. } = &here.trial.fit;
+        let fewer = layout.without(self.problem, place);
+        let start = fewer.start_from(self.problem, layout, point);
+        let base = Fit::at(self.problem, fewer, start, self.part)?;
+        let tangent = base.tangent(self.problem, self.part)?;
+        let reach = Reach::of(self.problem, (self.lines_hz)(&base));
+        let this = here.entrants()[place].effect.mechanism();
+        let mut confused = remaining(self.mechanisms, &here.trial.fit);
+        confused.retain(|other| other.is_confused_with(this) || this.is_confused_with(other));
+        let scores = screen(self.problem, &base, &tangent, &reach, &confused);
+        Some(refit(self.problem, &base, &scores, here.rest, Breadth::INSTEAD, self.part, *cost))
     }
 
     /// Of models with another mechanism in one place, the one that foretells best: a parameter more costs it 2, not ln N (H. Akaike, IEEE Trans.
