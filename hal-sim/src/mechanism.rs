@@ -14,7 +14,7 @@
 //! | pad | [`ForceLaw`](crate::rig::ForceLaw) on `assembly.contact_laws`, or by `assembly.obey` on pad and springs alike: force from depth, rate and states of its own; a knot where its form changes | `hunt-crossley-damping`, `viscous-damping` (depend on the rate), `pad-relaxation` (a state: the strain of the viscous branch), `hardening` (elastic) |
 //! | pad, spring | `assembly.stiffen`, of the pad or of both alike, once with the approach's speed and order number in hand | `rate-stiffening` (with a law for what it forgets; by the rate at each instant it is a `ForceLaw`), `mullins-softening`, spring repeatability, a wrong spring |
 //! | contact | `pull_off_n` and `neck_m` of the element that the robot touches: it holds at negative depth until then, and a little longer | `adhesion` |
-//! | contact | `assembly.across_ns_per_m`: a dashpot beside pad and springs together | `viscous-damping` (one of its forms) |
+//! | contact | `assembly.across`: a dashpot and friction beside pad and springs together | `viscous-damping`, `guide-friction`, `stiction` (one of their forms each) |
 //! | spring | `ForceLaw` on `assembly.spring`, with a knot | `end-stop`, `clearance` (a part bears only beyond a gap) |
 //! | guide | numbers of [`Guide`](crate::rig::Guide): Coulomb level, static ratio, Stribeck's speed, load coefficient, share through the cell, drag of the air and its share | `guide-friction`, `stiction`, `load-dependent-friction`, `air-damping` |
 //! | piece, base | a body: `assembly.piece`; `assembly.frame`, a second body below the springs | `moving-piece-inertia`, `frame-compliance` |
@@ -116,6 +116,8 @@ pub struct Mechanism {
     pub by_configuration: &'static [&'static str],
     /// And which in each recording, without any rule: a speed that a controller misses, a zero that warms.
     pub by_recording: &'static [&'static str],
+    /// Parameters that do something in some of its forms only: which, and in which forms by which choice.
+    pub used_in: &'static [(&'static str, &'static str, &'static [f64])],
     /// Its equation, as text.
     pub equation: &'static str,
     /// Where the equation and the ranges come from.
@@ -224,13 +226,19 @@ impl Mechanism {
 
     /// What a person is to know of one of its parameters beside the ranges; mostly nothing.
     #[must_use]
-    pub fn remark(&self, parameter: &Parameter) -> &'static str {
-        match (self.by_configuration.contains(&parameter.name), self.by_recording.contains(&parameter.name)) {
-            (true, true) => "may be another in each configuration or recording",
-            (true, false) => "may be another in each configuration",
-            (false, true) => "may be another in each recording",
-            (false, false) => parameter.search.remark(),
+    pub fn remark(&self, parameter: &Parameter) -> String {
+        if let Some((_, choice, values)) = self.used_in.iter().find(|(name, ..)| *name == parameter.name) {
+            let values: Vec<String> = values.iter().map(f64::to_string).collect();
+            return format!("{choice} {} only", values.join(", "));
         }
+        let remark =
+            match (self.by_configuration.contains(&parameter.name), self.by_recording.contains(&parameter.name)) {
+                (true, true) => "may be another in each configuration or recording",
+                (true, false) => "may be another in each configuration",
+                (false, true) => "may be another in each recording",
+                (false, false) => parameter.search.remark(),
+            };
+        remark.to_owned()
     }
 
     /// The mechanism with this id.
@@ -327,6 +335,33 @@ pub(crate) mod tests {
         }
     }
 
+    /// What is said to do nothing in a form of a mechanism does nothing there, and something where it is said to.
+    #[test]
+    fn parameters_do_something_in_their_forms_only() {
+        let rig = Rig::impact(25e3).with_pad(80e3);
+        let times_s: Vec<f64> = (0..200).map(|number| f64::from(number) * 1e-3).collect();
+        for mechanism in LIST {
+            for (name, choice, values) in mechanism.used_in {
+                let (place, parameter) = mechanism.parameter(name).unwrap();
+                let (forms_at, forms) = mechanism.parameter(choice).unwrap();
+                let (first, last) = forms.range;
+                for form in (first as u32..=last as u32).map(f64::from) {
+                    let force_n = |value: f64| -> Vec<f64> {
+                        let mut effect = mechanism.typical();
+                        effect.set_value(forms_at, form).unwrap();
+                        effect.set_value(place, value).unwrap();
+                        assert_eq!(effect.takes_part(place), values.contains(&form), "{name} of {effect}");
+                        let impact = strike(rig, 0.3, 6.0, &[&effect.to_string()]);
+                        times_s.iter().map(|time_s| impact.force_n(*time_s)).collect()
+                    };
+                    let (low, high) = parameter.plausible;
+                    let does_something = force_n(low) != force_n(high);
+                    assert_eq!(does_something, values.contains(&form), "{}: {name} in {choice} {form}", mechanism.id);
+                }
+            }
+        }
+    }
+
     #[test]
     fn every_mechanism_is_described_once_and_within_its_own_ranges() {
         for (place, mechanism) in LIST.iter().enumerate() {
@@ -340,6 +375,15 @@ pub(crate) mod tests {
                 let (likely_low, likely_high) = parameter.plausible;
                 assert!(low <= likely_low && likely_low <= likely_high && likely_high <= high, "{}", parameter.name);
                 assert!(parameter.scale == Scale::Linear || likely_low > 0.0, "{}: log of zero", parameter.name);
+            }
+            for (name, choice, values) in mechanism.used_in {
+                assert!(
+                    mechanism.parameters.iter().any(|parameter| parameter.name == *name),
+                    "{}: {name}",
+                    mechanism.id
+                );
+                let forms = mechanism.parameters.iter().find(|parameter| parameter.name == *choice).unwrap();
+                assert!(forms.is_form() && !values.is_empty() && values.iter().all(|value| forms.permits(*value)));
             }
             let strength = &mechanism.parameters[0];
             let null = strength.null.unwrap_or_else(|| panic!("{} cannot vanish", mechanism.id));

@@ -15,6 +15,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     exact: false,
     by_configuration: &["coefficient_kg_per_m"],
     by_recording: &[],
+    used_in: &[],
     equation: "F = −c·v·|v|, c = 0.5·ρ·C_d·A",
     source: "quadratic drag; a golf ball 0.0004, a basketball 0.02 kg/m",
     parameters: &[Parameter {

@@ -18,6 +18,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     exact: false,
     by_configuration: &[],
     by_recording: &[],
+    used_in: &[],
     equation: "F = (1 − share)·k·x + share·k·max(x − g, 0), x the stroke of the body springs",
     source: "springs in parallel with unequal play; 0.05 to 0.5 mm",
     parameters: &[

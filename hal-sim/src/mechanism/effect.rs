@@ -98,11 +98,15 @@ impl Effect {
         self.mechanism.parameters[0].null == Some(self.values[0])
     }
 
-    /// Whether the parameter in this place does anything: what happens again has an instant only where it does.
+    /// Whether the parameter in this place does anything: what happens again has an instant only where it does, and some mean something in some
+    /// forms of their mechanism only.
     #[must_use]
     pub fn takes_part(&self, place: usize) -> bool {
         let parameter = &self.mechanism.parameters[place];
-        parameter.search != Search::Again || self.values[place] < parameter.range.1
+        let is_in_form = |form: &str, values: &[f64]| self.get(form).is_ok_and(|form| values.contains(&form.round()));
+        let mut uses = self.mechanism.used_in.iter().filter(|(name, ..)| *name == parameter.name);
+        uses.all(|(_, form, values)| is_in_form(form, values))
+            && (parameter.search != Search::Again || self.values[place] < parameter.range.1)
     }
 
     /// Whether both are in the same form of one mechanism, if it has several.

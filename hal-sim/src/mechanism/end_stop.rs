@@ -15,6 +15,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     exact: false,
     by_configuration: &[],
     by_recording: &[],
+    used_in: &[],
     equation: "F = k·x + ratio·k·max(x − x_b, 0), x the stroke of the body springs",
     source: "piecewise linear stop; 10 to 100 times the springs' stiffness at 8 to 25 mm",
     parameters: &[

@@ -22,6 +22,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     exact: false,
     by_configuration: &[],
     by_recording: &[],
+    used_in: &[],
     equation: "m_f·d²x_f/dt² = S + F_f − x_f/C − c_f·dx_f/dt, c_f = 2ζ·sqrt(m_f/C); the cell bears S − m_c·d²x_f/dt²",
     source: "two bodies; 1 to 20 N/µm, 10 to 30 kg, 40 to 300 Hz",
     parameters: &[

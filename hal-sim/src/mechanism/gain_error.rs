@@ -15,6 +15,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     exact: true,
     by_configuration: &["relative"],
     by_recording: &["relative"],
+    used_in: &[],
     equation: "y = F·(1 + ε)",
     source: "calibration, and cross-sensitivity to loads beside the axis; 1 to 5 %",
     parameters: &[Parameter {

@@ -14,6 +14,10 @@
 //! The robot may have a guide of its own, a rail or its joints: F = −F_c·v/√(v² + v_c²) on the robot, in contact and after it. Nothing rests
 //! then when it has gone. (What rubs before the contact is in the speed at contact.)
 //!
+//! What rubs may be pad and springs together, one loop of both beside the force of the stroke: friction between the robot and what the rig
+//! stands on, through the cell, F_c·v/√(v² + v_c²) on the robot while it touches. Nothing is held then; a pad that is still pressed when
+//! friction has taken all of its force springs back. (With a piece that has a mass of its own it rubs on that, on the cell.)
+//!
 //! Source: C. A. Coulomb; play operator: M. Brokate, J. Sprekels, Hysteresis and Phase Transitions (1996), ch. 2; bristles: P. R. Dahl,
 //! A solid friction model, Aerospace Corp. TOR-0158 (1968); presliding of 1 to 50 µm: B. Armstrong-Hélouvry et al., Automatica 30 (1994) 1083,
 //! of metal on metal. A seal shears as a whole before it slips, by h·µ·p/G: 0.5 mm with a lip of h = 3 mm of rubber of 70 Shore A
@@ -36,12 +40,24 @@ pub(super) const CELL_SHARE: Parameter = Parameter {
     search: Search::OneOf(&[0.0, 1.0]),
 };
 
-/// What is guided, and how it is held. Of the two after it the first has a meaning with bristles only, the second not where it sticks rigidly.
+/// What is guided, and how it is held.
 pub(super) const GUIDE: Parameter = Parameter {
     name: "guide",
-    meaning: "what rubs: 0 the piece, which sticks rigidly, 1 the piece, on bristles that bend before they slide, 2 the robot's own guide",
-    ..Parameter::ONE_OF_THREE
+    meaning: "what rubs: 0 the piece, which sticks rigidly, 1 the piece, on bristles that bend before they slide, 2 the robot's own guide, 3 pad and springs together",
+    range: (0.0, 3.0),
+    plausible: (0.0, 3.0),
+    // Without a pad the last is a piece on short bristles.
+    search: Search::PaddedForm(&[0.0, 1.0, 2.0, 3.0], 3),
+    ..Parameter::EITHER
 };
+
+/// Which of its parameters each of these has a meaning for.
+pub(super) const FORMS: &[(&str, &str, &[f64])] = &[
+    (CELL_SHARE.name, GUIDE.name, &[0.0, 1.0]),
+    (REST_SHARE.name, GUIDE.name, &[0.0, 1.0]),
+    (PRESLIDING.name, GUIDE.name, &[1.0]),
+    (CREEP.name, GUIDE.name, &[1.0, 2.0, 3.0]),
+];
 
 /// How far bristles bend.
 pub(super) const PRESLIDING: Parameter = Parameter {
@@ -84,20 +100,26 @@ pub(super) struct Rubbing {
 impl Rubbing {
     pub(super) fn enter(self, assembly: &mut Assembly) {
         let [guide, presliding_m, creep_m_per_s] = self.held;
-        if guide > 1.5 {
-            assembly.drives.push(Box::new(Rail(Guide {
-                coulomb_n: self.coulomb_n,
-                static_ratio: self.static_ratio,
-                stribeck_m_per_s: self.stribeck_m_per_s,
-                creep_m_per_s: creep_m_per_s.max(SLOWEST_M_PER_S),
-                ..Guide::default()
-            })));
-            return;
+        let smooth = Guide {
+            coulomb_n: self.coulomb_n,
+            static_ratio: self.static_ratio,
+            stribeck_m_per_s: self.stribeck_m_per_s,
+            creep_m_per_s: creep_m_per_s.max(SLOWEST_M_PER_S),
+            ..Guide::default()
+        };
+        match guide.round() as u32 {
+            2 => return assembly.drives.push(Box::new(Rail(smooth))),
+            3 if assembly.piece.is_none() && !assembly.across.rubbing.rubs() => {
+                assembly.across.rubbing = smooth;
+                return;
+            }
+            _ => (),
         }
         assembly.guide.coulomb_n += self.coulomb_n;
         assembly.guide.static_ratio = assembly.guide.static_ratio.max(self.static_ratio);
         assembly.guide.stribeck_m_per_s = self.stribeck_m_per_s.max(assembly.guide.stribeck_m_per_s);
-        assembly.guide.stands_on_cell(self.cell_share);
+        let cell_share = if guide > 2.5 { 1.0 } else { self.cell_share };
+        assembly.guide.stands_on_cell(cell_share);
         assembly.guide.rest_share = self.rest_share;
         if guide > 0.5 {
             assembly.guide.stands_on_bristles(presliding_m, creep_m_per_s);
@@ -115,11 +137,7 @@ const SLOWEST_M_PER_S: f64 = 1e-4;
 impl Drive for Rail {
     fn force_n(&self, motion: Motion) -> f64 {
         let Self(guide) = self;
-        if motion.time_s <= 0.0 {
-            return 0.0;
-        }
-        let speed = motion.velocity_m_per_s;
-        -guide.coulomb_n * guide.grip(speed) * speed / speed.hypot(guide.creep_m_per_s)
+        if motion.time_s <= 0.0 { 0.0 } else { -guide.smooth_n(motion.velocity_m_per_s) }
     }
 }
 
@@ -144,6 +162,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     exact: false,
     by_configuration: &[],
     by_recording: &[],
+    used_in: FORMS,
     equation: "F_f = F_c·sgn(dx_p/dt) while sliding, |F_f| ≤ F_c while sticking; on bristles F_f = F_c·y, z·dy/dt = v − y·√(v² + v_c²)",
     source: "Coulomb friction with true sticking, or Dahl's bristles, which may forget; 0.5 to 10 N for a printed guide",
     parameters: &[
@@ -215,6 +234,27 @@ mod tests {
                     near("force", bent.force_n(time_s), rigid.force_n(time_s), 0.3);
                 }
             }
+        }
+    }
+
+    /// Pad and springs rub together like the springs in series of a rig without a pad, ∮F·dx = F_c·(2·x − F_c/k) with what is left in the springs, ½F_c²/k.
+    #[test]
+    fn across_pad_and_springs_it_is_one_loop() {
+        let (force, speed, mass) = (3.0, 0.3, 6.0);
+        let padded = Rig::impact(25e3).with_pad(80e3);
+        let stiffness = padded.effective_stiffness_n_per_m();
+        for sticking in ["guide-friction:", "stiction:static_ratio=1.5,stribeck_m_per_s=1e-4,"] {
+            let effect = format!("{sticking}force_N={force},guide=3,creep_m_per_s=1e-4");
+            let [with, without] = [padded, Rig::impact(stiffness)].map(|rig| strike(rig, speed, mass, &[&effect]));
+            let [contact, series] = [&with, &without].map(|impact| impact.truth().contacts[0]);
+            near("step", with.force_n(1e-6), force, 0.02);
+            near("end", contact.end_s.unwrap(), series.end_s.unwrap(), 1e-6);
+            for time_s in [0.002, 0.01, 0.02, 0.03, 0.04] {
+                near("force", with.force_n(time_s), without.force_n(time_s), 1e-3);
+            }
+            let loss_j = force * (2.0 * series.stroke_m - 0.5 * force / stiffness);
+            near("loss", contact.loss_j / loss_j, 1.0, 0.01);
+            near("nothing is held", with.force_n(contact.end_s.unwrap() + 0.01), 0.0, 1e-9);
         }
     }
 

@@ -22,6 +22,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     exact: false,
     by_configuration: &[],
     by_recording: &[],
+    used_in: &[("link_fraction", "answers", &[1.0])],
     equation: "dx_free/dt = v + A·cos(2πf·t + φ_0 + n·Δφ), n the place of the impact in the campaign; a link that answers: tip m_R(1−μ) and link m_R·μ on k_j = (2πf)²·m_R·μ(1−μ)",
     source: "paper 2: link modes of 1 to 13 Hz",
     parameters: &[

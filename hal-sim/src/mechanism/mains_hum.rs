@@ -18,6 +18,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     exact: false,
     by_configuration: &[],
     by_recording: &[],
+    used_in: &[],
     equation: "y = F + A·sin(2πf·t + φ_0 + 2.4·n), n the number of the impact",
     source: "ground loops and stray fields; 50 or 60 Hz ± 0.2 Hz",
     parameters: &[

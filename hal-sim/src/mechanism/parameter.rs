@@ -36,8 +36,8 @@ pub enum Search {
     Whole(&'static [f64]),
     /// At each of these, and held there: a form of its own, which is followed beside the others.
     Form(&'static [f64]),
-    /// The same, of a rig that has a pad: without one its forms are alike, and it is held at the first.
-    PaddedForm(&'static [f64]),
+    /// The same, of a rig that has a pad: without one some forms are like others, and there are only so many of them.
+    PaddedForm(&'static [f64], usize),
     /// Spread over the plausible range.
     Plausible,
     /// At parts of the strokes that the springs have made.
@@ -76,7 +76,7 @@ impl Search {
     #[must_use]
     pub const fn remark(self) -> &'static str {
         match self {
-            Self::Held | Self::Whole(_) | Self::Form(_) | Self::PaddedForm(_) => "held, not fitted",
+            Self::Held | Self::Whole(_) | Self::Form(_) | Self::PaddedForm(..) => "held, not fitted",
             Self::EachImpact | Self::EachInstant | Self::Again => "each impact has its own",
             _ => "",
         }
@@ -118,7 +118,7 @@ impl Parameter {
     pub const WHOLE: Self = Self {
         name: "whole",
         meaning: "0: the pad alone, 1: pad and springs alike, as if they were one; others are rounded",
-        search: Search::PaddedForm(&[0.0, 1.0]),
+        search: Search::PaddedForm(&[0.0, 1.0], 1),
         ..Self::EITHER
     };
 
@@ -131,7 +131,7 @@ impl Parameter {
     /// Whether it is a choice between forms of its mechanism.
     #[must_use]
     pub fn is_form(&self) -> bool {
-        matches!(self.search, Search::Form(_) | Search::PaddedForm(_))
+        matches!(self.search, Search::Form(_) | Search::PaddedForm(..))
     }
 
     /// Whether every impact has a value of its own.

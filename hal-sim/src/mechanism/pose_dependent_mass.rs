@@ -18,6 +18,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     exact: true,
     by_configuration: &["relative"],
     by_recording: &[],
+    used_in: &[],
     equation: "m = m_said·(1 + ε) in the configuration with this number, m_said in the others; in every one, each with its ε, where that is −1",
     source: "spread of public models of one arm; held or free orientation",
     parameters: &[

@@ -6,7 +6,7 @@
 //! Source: Stribeck's curve, B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994) 1083; F_s/F_c 1.1 to 2, v_s some mm/s
 //! to some cm/s.
 
-use super::guide_friction::{CELL_SHARE, CREEP, GUIDE, PRESLIDING, REST_SHARE, Rubbing};
+use super::guide_friction::{CELL_SHARE, CREEP, FORMS, GUIDE, PRESLIDING, REST_SHARE, Rubbing};
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::Assembly;
 
@@ -18,6 +18,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     exact: false,
     by_configuration: &[],
     by_recording: &[],
+    used_in: FORMS,
     equation: "|F_f| ≤ F_s while sticking, (F_c + (F_s − F_c)·exp(−(v/v_s)²))·sgn(v) while sliding, F_s = ratio·F_c",
     source: "Coulomb friction with a static level; F_s/F_c 1.1 to 2",
     parameters: &[

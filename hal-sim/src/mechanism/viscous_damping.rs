@@ -20,6 +20,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     exact: false,
     by_configuration: &[],
     by_recording: &[],
+    used_in: &[],
     equation: "F = F_el(δ) + c·dδ/dt",
     source: "Kelvin–Voigt; 5 to 100 N·s/m",
     parameters: &[
@@ -49,7 +50,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 fn enter(effect: &Effect, assembly: &mut Assembly) {
     let is_behind_pad = assembly.pad.is_some();
     let damping_ns_per_m = match effect.value(1).round() {
-        1.0 if is_behind_pad && assembly.piece.is_none() => &mut assembly.across_ns_per_m,
+        1.0 if is_behind_pad && assembly.piece.is_none() => &mut assembly.across.damping_ns_per_m,
         2.0 => &mut assembly.spring.damping_ns_per_m,
         _ => &mut assembly.touched_mut().damping_ns_per_m,
     };

@@ -20,8 +20,8 @@ pub struct Assembly {
     alike_laws: Vec<Box<dyn ForceLaw>>,
     /// The body springs.
     pub spring: Element,
-    /// A dashpot beside pad and springs together, from the robot to what the rig stands on, through the cell, N·s/m.
-    pub across_ns_per_m: f64,
+    /// What acts beside pad and springs together.
+    pub across: Across,
     /// The guide of the piece.
     pub guide: Guide,
     /// The moving piece, where its inertia counts.
@@ -88,7 +88,7 @@ impl Assembly {
             contact_laws: Vec::new(),
             alike_laws: Vec::new(),
             spring: Element::linear(rig.body_stiffness_n_per_m),
-            across_ns_per_m: 0.0,
+            across: Across::default(),
             guide: Guide::default(),
             piece: None,
             frame: None,
@@ -385,6 +385,16 @@ impl Guide {
         }
     }
 
+    /// Friction without load against what moves at a velocity and never sticks, N: in proportion to speeds below `creep_m_per_s`.
+    #[must_use]
+    pub fn smooth_n(&self, velocity_m_per_s: f64) -> f64 {
+        if self.coulomb_n == 0.0 {
+            return 0.0;
+        }
+        let part = velocity_m_per_s / velocity_m_per_s.hypot(self.creep_m_per_s);
+        self.coulomb_n * self.grip(velocity_m_per_s) * part
+    }
+
     /// Whether friction falls with the speed of sliding.
     #[must_use]
     pub fn falls_with_speed(&self) -> bool {
@@ -401,6 +411,29 @@ impl Guide {
     #[must_use]
     pub fn holding_n(&self, contact_n: f64) -> f64 {
         self.static_ratio * self.sliding_n(contact_n)
+    }
+}
+
+/// A dashpot and friction beside pad and springs together, from the robot to what the rig stands on, through the cell.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Across {
+    /// The dashpot, N·s/m.
+    pub damping_ns_per_m: f64,
+    /// The friction, in proportion to speeds below its `creep_m_per_s`.
+    pub rubbing: Guide,
+}
+
+impl Across {
+    /// Whether there is any of either.
+    #[must_use]
+    pub fn acts(&self) -> bool {
+        self.damping_ns_per_m > 0.0 || self.rubbing.rubs()
+    }
+
+    /// Against a robot of this velocity, N.
+    #[must_use]
+    pub fn force_n(&self, velocity_m_per_s: f64) -> f64 {
+        self.damping_ns_per_m * velocity_m_per_s + self.rubbing.smooth_n(velocity_m_per_s)
     }
 }
 

@@ -280,7 +280,7 @@ impl System {
     /// [onset](System::onset), only a ramp is left.
     fn closing_n(&self, instant: &Instant, mode: &Mode) -> f64 {
         let parts_unloaded = self.pull_off_n == 0.0;
-        let parts_pressed = self.assembly.across_ns_per_m > 0.0 || self.assembly.spring.damping_ns_per_m > 0.0;
+        let parts_pressed = self.assembly.across.acts() || self.assembly.spring.damping_ns_per_m > 0.0;
         if self.form != PieceForm::Creeping || mode.guiding == Guiding::Sticking || !parts_unloaded || parts_pressed {
             return 0.0;
         }
@@ -582,7 +582,7 @@ impl System {
             PieceForm::Creeping => self.creeping(state, mode, &mut instant),
         }
         if mode.touching {
-            instant.across_n = self.assembly.across_ns_per_m * instant.over_m_per_s;
+            instant.across_n = self.assembly.across.force_n(instant.over_m_per_s);
             instant.contact_n += instant.across_n;
             instant.spring_n += instant.across_n;
         }
@@ -1048,7 +1048,7 @@ impl System {
         let most_n = self.assembly.guide.coulomb_n;
         let spring_n = instant.spring_n - instant.across_n;
         // A robot that pulls, or that leaves a pad which is still pressed, leaves more than friction holds.
-        let parts_loaded = self.pull_off_n != 0.0 || self.assembly.across_ns_per_m > 0.0;
+        let parts_loaded = self.pull_off_n != 0.0 || self.assembly.across.acts();
         let held_n = if parts_loaded && spring_n.abs() > most_n { most_n.copysign(spring_n) } else { spring_n };
         let left_n = self.assembly.guide.left_share(instant.over_m_per_s) * held_n;
         if left_n == spring_n {
@@ -1162,11 +1162,11 @@ impl System {
             PieceForm::Carried => self.spring(instant.over_m, instant.over_m_per_s, state, mode),
             _ => self.pad(depth_m, rate_m_per_s, state, mode),
         };
-        let press_n = would_press.force_n + self.assembly.across_ns_per_m * instant.over_m_per_s;
+        let press_n = would_press.force_n + self.assembly.across.force_n(instant.over_m_per_s);
         // Air, oil and bristles let a massless piece back more slowly than the robot leaves it, and a dashpot across lets go of a pressed pad;
         // until that turns there is nothing to touch.
         let slowed = self.assembly.guide.air_ns2_per_m2 > 0.0
-            || self.assembly.across_ns_per_m > 0.0
+            || self.assembly.across.acts()
             || self.assembly.spring.damping_ns_per_m > 0.0
             || mode.guiding == Guiding::Bending;
         let leaving_m = if slowed && self.form != PieceForm::Massive {
@@ -1194,7 +1194,7 @@ impl System {
         }
         // A dashpot across a pad as well meets the stroke's share of its way.
         let across_ns_per_m =
-            self.assembly.across_ns_per_m * self.assembly.spring.stiffness_n_per_m / self.series_n_per_m;
+            self.assembly.across.damping_ns_per_m * self.assembly.spring.stiffness_n_per_m / self.series_n_per_m;
         let mut velocity_m_per_s = -stroke_m * self.pulsation_per_s;
         for _ in 0..40 {
             let spring = self.spring(stroke_m, velocity_m_per_s, state, mode);

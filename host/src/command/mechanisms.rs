@@ -31,6 +31,7 @@ struct Shown {
     exact: bool,
     by_configuration: &'static [&'static str],
     by_recording: &'static [&'static str],
+    used_in: Vec<ShownUse>,
     signature: &'static str,
     confused_with: &'static [&'static str],
     separated_by: &'static str,
@@ -63,11 +64,26 @@ impl Shown {
             exact: mechanism.exact,
             by_configuration: mechanism.by_configuration,
             by_recording: mechanism.by_recording,
+            used_in: mechanism.used_in.iter().map(ShownUse::new).collect(),
             signature: mechanism.signature,
             confused_with: mechanism.confused_with,
             separated_by: mechanism.separated_by,
             source: mechanism.source,
         }
+    }
+}
+
+/// A parameter that does something in some forms only.
+#[derive(Serialize)]
+struct ShownUse {
+    parameter: &'static str,
+    choice: &'static str,
+    values: &'static [f64],
+}
+
+impl ShownUse {
+    fn new(&(parameter, choice, values): &(&'static str, &'static str, &'static [f64])) -> Self {
+        Self { parameter, choice, values }
     }
 }
 
@@ -148,7 +164,7 @@ fn screen(mechanism: &'static Mechanism) -> String {
             range(parameter.plausible),
             range(parameter.range),
             parameter.null.map_or_else(String::new, |null| null.to_string()),
-            mechanism.remark(parameter).to_owned(),
+            mechanism.remark(parameter),
         ]);
     }
     let _ = writeln!(text, "{table}");

@@ -122,9 +122,12 @@ impl Reach {
         starts.into_iter().flat_map(each).collect()
     }
 
-    /// Values at which the search of a parameter of an effect begins; none: at its typical value.
+    /// Values at which the search of a parameter of an effect begins; none: at its typical value, or it does nothing in this form.
     fn values(&self, effect: &Effect, place: usize) -> Vec<f64> {
         let mechanism = effect.mechanism();
+        if !effect.takes_part(place) {
+            return Vec::new();
+        }
         let parameter = &mechanism.parameters[place];
         let (low, high) = parameter.plausible;
         let spaced = |count: usize, low: f64, high: f64| -> Vec<f64> {
@@ -142,8 +145,8 @@ impl Reach {
         };
         match parameter.search {
             Search::Held | Search::EachImpact | Search::EachInstant | Search::Again | Search::Typical => Vec::new(),
-            Search::PaddedForm(values) if self.pad_n_per_m.is_none() => values[..1].to_vec(),
-            Search::PaddedForm(values) | Search::OneOf(values) | Search::Whole(values) | Search::Form(values) => {
+            Search::PaddedForm(values, bare) if self.pad_n_per_m.is_none() => values[..bare].to_vec(),
+            Search::PaddedForm(values, _) | Search::OneOf(values) | Search::Whole(values) | Search::Form(values) => {
                 values.to_vec()
             }
             // Finite strengths over all that is likely: what a mechanism shows need not be in proportion. On a scale of differences,
@@ -156,8 +159,6 @@ impl Reach {
             Search::Strength => spaced(STRENGTHS, low, high),
             Search::Plausible => spaced(if parameter.scale == Scale::Linear { 2 } else { 4 }, low, high),
             Search::OfStroke => parts(&self.strokes_m, &[0.1, 0.3, 0.5, 0.7, 0.85, 0.95]),
-            // A law that does not lock has no such depth.
-            Search::OfDepth if effect.get("law").is_ok_and(|law| law != 0.0) => Vec::new(),
             Search::OfDepth => {
                 let pad_n_per_m = self.pad_n_per_m.filter(|_| effect.get(Parameter::WHOLE.name) == Ok(1.0));
                 let behind = pad_n_per_m.map_or(0.0, |pad_n_per_m| pad_n_per_m / self.body_n_per_m);

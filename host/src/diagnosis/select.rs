@@ -5,6 +5,7 @@
 //!                                                  ─▶ where that leaves something, or names more than one: each one anew; the better one
 //!                                                  ─▶ where that still leaves something: each of it together with what it is confused with
 //!                                                  ─▶ all of it once more without what bends to each recording; the better one
+//!                                                  ─▶ of several: what each is confused with in its place, all else as it is
 //!                                                  ─▶ of what stands for each other, first what foretells best
 //! ```
 //!
