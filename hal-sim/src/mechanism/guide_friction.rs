@@ -76,7 +76,7 @@ pub(super) const PRESLIDING: Parameter = Parameter {
 pub(super) const CREEP: Parameter = Parameter {
     name: "creep_m_per_s",
     unit: "m/s",
-    meaning: "speed below which friction on bristles, or of the robot's guide, is proportional to the speed",
+    meaning: "speed below which friction that does not stick rigidly is proportional to the speed",
     null: None,
     range: (1e-6, 0.1),
     plausible: (1e-5, 1e-2),

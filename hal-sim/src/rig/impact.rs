@@ -142,7 +142,7 @@ impl Motion {
     fn find_returns(&self) -> Vec<Return> {
         let assembly = &self.system.assembly;
         let slowed = assembly.spring.damping_ns_per_m > 0.0
-            || assembly.across.acts()
+            || assembly.across.damping_ns_per_m > 0.0
             || assembly.guide.air_ns2_per_m2 > 0.0
             || assembly.spring.laws.iter().any(|law| law.depends_on_rate());
         if !slowed || assembly.kind == Kind::Fall {

@@ -678,7 +678,7 @@ impl Selecting<'_> {
         let reach = Reach::of(self.problem, (self.lines_hz)(&base));
         let this = here.entrants()[place].effect.mechanism();
         let mut confused = remaining(self.mechanisms, &here.trial.fit);
-        confused.retain(|other| other.is_confused_with(this) || this.is_confused_with(other));
+        confused.retain(|other| other.is_confused_with(this));
         let scores = screen(self.problem, &base, &tangent, &reach, &confused);
         Some(refit(self.problem, &base, &scores, here.rest, Breadth::INSTEAD, self.part, *cost))
     }
