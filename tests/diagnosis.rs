@@ -405,6 +405,23 @@ fn what_is_odd_for_a_moment_only_is_not_passed_over() {
 
 /// A gain that was wrong in two recordings of twelve: a fit to all of them spreads it, and a sway of the robot with a phase for each impact bends
 /// to what is left.
+/// A magnet's detent, less than the noise: it comes at another time and with another frequency in each recording, and is told by the way.
+#[test]
+fn what_comes_back_along_the_stroke_is_no_noise() {
+    let folder = TempDir::new().unwrap();
+    campaign(&folder, "detent", &["--body-stiffness", "25000", "--repeats", "2", "--noise", "0.3", "--seed", "8"]);
+    let pitch_m = 0.8e-3;
+    for file in recordings(&folder, "detent") {
+        let detent = |force_n: f64| 0.26 * (std::f64::consts::TAU * force_n / 25e3 / pitch_m).sin();
+        change(&file, |force_n| if force_n > 3.0 { force_n + detent(force_n) } else { force_n });
+    }
+    let text = succeeds(&folder, &[&["diagnose", "detent", "--json", "-"][..], &FEW[..]].concat());
+    let answer: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(answer["verdict"], "unexplained", "{answer}");
+    let form = answer["unexplained"]["form"].as_str().unwrap();
+    assert!(form.contains("(2πx/0.8"), "{form}");
+}
+
 #[test]
 fn what_acts_in_few_recordings_is_found_where_the_others_do_not_foretell_them() {
     let folder = TempDir::new().unwrap();

@@ -61,7 +61,7 @@ mod viscous_damping;
 use crate::rig::Assembly;
 
 pub use effect::{Effect, MechanismError};
-pub use parameter::{Parameter, Scale, Search};
+pub use parameter::{Needed, Parameter, Scale, Search};
 
 /// Every mechanism, in the order of the campaign contract.
 pub static LIST: &[&Mechanism] = &[
@@ -377,12 +377,8 @@ pub(crate) mod tests {
                 assert!(parameter.scale == Scale::Linear || likely_low > 0.0, "{}: log of zero", parameter.name);
             }
             for (name, choice, values) in mechanism.used_in {
-                assert!(
-                    mechanism.parameters.iter().any(|parameter| parameter.name == *name),
-                    "{}: {name}",
-                    mechanism.id
-                );
-                let forms = mechanism.parameters.iter().find(|parameter| parameter.name == *choice).unwrap();
+                assert!(mechanism.parameter(name).is_ok(), "{}: {name}", mechanism.id);
+                let (_, forms) = mechanism.parameter(choice).unwrap();
                 assert!(forms.is_form() && !values.is_empty() && values.iter().all(|value| forms.permits(*value)));
             }
             let strength = &mechanism.parameters[0];

@@ -10,6 +10,7 @@ use crate::{python, step};
 
 const PACKAGE: &str = "tests/python/other_rigs";
 const VENV: &str = "rigs-venv";
+const USAGE: &str = "Usage: cargo xtask rigs DIR [--seed S] [--cases N] [--kind KIND] [--effect ID]";
 
 /// Draws, diagnoses and scores; what follows the folder goes to the simulator.
 ///
@@ -17,8 +18,11 @@ const VENV: &str = "rigs-venv";
 /// No folder, or the step that failed.
 pub fn run(arguments: &[String]) -> Result<(), String> {
     let [folder, rest @ ..] = arguments else {
-        return Err("where to? `cargo xtask rigs DIR [--seed S] [--cases N] [--kind KIND] [--effect ID]`".to_owned());
+        return Err(format!("where to?\n{USAGE}"));
     };
+    if folder.starts_with('-') {
+        return Err(format!("`{folder}` is no folder; it comes first\n{USAGE}"));
+    }
     let folder = std::path::absolute(folder).map_err(|error| format!("{folder}: {error}"))?;
     let mut rigs = simulator("")?;
     step::run("the tool", &mut step::cargo(&["build", "--release", "-p", "thud", "--bin", "thud"]))?;

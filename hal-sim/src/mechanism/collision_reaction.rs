@@ -58,7 +58,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (0.005, 0.05),
             typical: 0.015,
             scale: Scale::Logarithmic,
-            search: Search::OfContactTime,
+            search: Search::WithinContact,
         },
         Parameter {
             name: "retreat_m_per_s",
@@ -112,7 +112,7 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
     assembly.drives.push(Box::new(Reaction {
         force_n: effect.value(0),
         trigger: Trigger { force_n: effect.value(1), delay_s: effect.value(2) },
-        response: match effect.value(4).round() as u32 {
+        response: match effect.form(4) {
             0 => Response::PullBack { retreat_m_per_s: effect.value(3) },
             1 => Response::Control { speed_m_per_s: 0.0, within_m_per_s: effect.value(5) },
             _ => Response::Control { speed_m_per_s: -effect.value(3), within_m_per_s: effect.value(5) },

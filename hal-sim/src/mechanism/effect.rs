@@ -55,6 +55,15 @@ impl Effect {
         self.values[place]
     }
 
+    /// Which form the parameter in this place chooses.
+    ///
+    /// # Panics
+    /// When the mechanism has fewer parameters.
+    #[must_use]
+    pub fn form(&self, place: usize) -> u32 {
+        self.values[place].round() as u32
+    }
+
     /// The value of the parameter with this name.
     ///
     /// # Errors

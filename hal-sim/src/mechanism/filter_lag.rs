@@ -59,8 +59,8 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    let count = effect.value(1).round() as u32;
-    let poles = if effect.value(2).round() == 0.0 { butterworth(count) } else { bessel(count) };
+    let count = effect.form(1);
+    let poles = if effect.form(2) == 0 { butterworth(count) } else { bessel(count) };
     assembly.chain.push(Box::new(LowPass::new(TAU * effect.value(0), &poles)));
 }
 

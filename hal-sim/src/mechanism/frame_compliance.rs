@@ -7,11 +7,11 @@
 //! m_f·ẍ_f = S + F_f − k_f·x_f − c_f·ẋ_f, the stroke is x_p − x_f, k_f = 1/compliance, c_f = 2ζ·√(k_f·m_f). The cell stands
 //! between springs and frame: it bears the springs' force and, since it swings with the frame, the inertia of what is
 //! screwed on its measuring side: F = S − m_c·ẍ_f. By the latter the swing is seen after release as well. A cell under all of the frame,
-//! m_c = m_f, bears k_f·x_f + c_f·ẋ_f.
+//! m_c = m_f, bears k_f·x_f + c_f·ẋ_f. A gauge of the robot's position that is part of the rig shows x − x_f.
 //!
 //! Source: two bodies; stands and tables of 10 to 30 kg on 1 to 20 N/µm swing at 40 to 300 Hz.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
+use super::{Effect, Group, Mechanism, Needed, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Frame};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -70,6 +70,12 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Logarithmic,
             search: Search::OneOf(&[0.02, 10.0]),
         },
+        Parameter {
+            name: "gauge",
+            meaning: "what a gauge of the robot's position stands on: 0 the ground, 1 the frame",
+            search: Search::FormWith(Needed::Position, &[0.0, 1.0], 1),
+            ..Parameter::EITHER
+        },
     ],
     signature: "a slight ring at one frequency from the first instant on, which goes on after release; the stiffness seems a little lower",
     confused_with: &["moving-piece-inertia", "joint-elasticity", "mains-hum"],
@@ -84,6 +90,7 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
         stiffness_n_per_m,
         damping_ns_per_m: 2.0 * effect.value(2) * (stiffness_n_per_m * mass_kg).sqrt(),
         on_cell_kg: effect.value(3),
+        bears_gauge: effect.form(4) == 1,
     });
 }
 
@@ -112,6 +119,32 @@ mod tests {
                 modes.iter().zip(amplitudes).map(|((w, shape), a)| a * (w * time).sin() * (1.0 - shape)).sum();
             near("force", impact.force_n(time), k * stroke, 2e-4);
         }
+    }
+
+    /// Without a pad the robot's way from the frame is the springs' stroke, as long as they touch.
+    #[test]
+    fn a_gauge_on_the_frame_shows_the_way_from_there() {
+        let frame = |gauge: u32| {
+            let effect =
+                format!("frame-compliance:compliance_m_per_N=5e-7,mass_kg=15,damping_ratio=0.02,gauge={gauge}");
+            strike(Rig::impact(75e3), 0.3, 6.0, &[&effect])
+        };
+        let (ground, rig) = (frame(0), frame(1));
+        let end = rig.contact_intervals()[0].1.unwrap();
+        let mut farthest = 0.0_f64;
+        for part in 1..40 {
+            let time = end * f64::from(part) / 40.0;
+            let (on_ground, on_rig) = (ground.value(Quantity::Position, time), rig.value(Quantity::Position, time));
+            near("stroke", on_rig, rig.value(Quantity::Stroke, time), 1e-12);
+            near("force", rig.force_n(time), ground.force_n(time), 1e-9);
+            farthest = farthest.max(on_ground - on_rig);
+        }
+        // What comes quickly presses it in by up to twice what the same force does at rest.
+        let at_rest = 5e-7 * rig.truth().peak_n;
+        assert!((at_rest..2.0 * at_rest).contains(&farthest), "{farthest}, at rest {at_rest}");
+        near("before", rig.value(Quantity::Position, -0.1), ground.value(Quantity::Position, -0.1), 1e-12);
+        let after = end + 0.01;
+        assert!((ground.value(Quantity::Position, after) - rig.value(Quantity::Position, after)).abs() > 1e-8);
     }
 
     /// A pad's loss makes the equations those of the solver: the frame's place, which a stiff frame multiplies by 10⁸ N/m on a cell that bears its

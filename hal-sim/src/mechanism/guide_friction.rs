@@ -23,7 +23,7 @@
 //! of metal on metal. A seal shears as a whole before it slips, by h·µ·p/G: 0.5 mm with a lip of h = 3 mm of rubber of 70 Shore A
 //! (G = E/3 = 1.8 MPa; A. N. Gent, Rubber Chem. Technol. 31 (1958) 896) pressed by p = 1 MPa at µ = 0.3.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
+use super::{Effect, Group, Mechanism, Needed, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Drive, Guide, Motion};
 
 /// Where the friction goes: to the cell or past it.
@@ -47,7 +47,7 @@ pub(super) const GUIDE: Parameter = Parameter {
     range: (0.0, 3.0),
     plausible: (0.0, 3.0),
     // Without a pad the last is a piece on short bristles.
-    search: Search::PaddedForm(&[0.0, 1.0, 2.0, 3.0], 3),
+    search: Search::FormWith(Needed::Pad, &[0.0, 1.0, 2.0, 3.0], 3),
     ..Parameter::EITHER
 };
 
@@ -93,13 +93,15 @@ pub(super) struct Rubbing {
     pub(super) stribeck_m_per_s: f64,
     pub(super) cell_share: f64,
     pub(super) rest_share: f64,
-    /// The values of [`GUIDE`], [`PRESLIDING`] and [`CREEP`].
-    pub(super) held: [f64; 3],
+    /// The choice of [`GUIDE`].
+    pub(super) guide: u32,
+    /// The values of [`PRESLIDING`] and [`CREEP`].
+    pub(super) bristles: [f64; 2],
 }
 
 impl Rubbing {
     pub(super) fn enter(self, assembly: &mut Assembly) {
-        let [guide, presliding_m, creep_m_per_s] = self.held;
+        let [presliding_m, creep_m_per_s] = self.bristles;
         let smooth = Guide {
             coulomb_n: self.coulomb_n,
             static_ratio: self.static_ratio,
@@ -107,21 +109,21 @@ impl Rubbing {
             creep_m_per_s: creep_m_per_s.max(SLOWEST_M_PER_S),
             ..Guide::default()
         };
-        match guide.round() as u32 {
+        let cell_share = match self.guide {
             2 => return assembly.drives.push(Box::new(Rail(smooth))),
             3 if assembly.piece.is_none() && !assembly.across.rubbing.rubs() => {
                 assembly.across.rubbing = smooth;
                 return;
             }
-            _ => (),
-        }
+            3 => 1.0,
+            _ => self.cell_share,
+        };
         assembly.guide.coulomb_n += self.coulomb_n;
         assembly.guide.static_ratio = assembly.guide.static_ratio.max(self.static_ratio);
         assembly.guide.stribeck_m_per_s = self.stribeck_m_per_s.max(assembly.guide.stribeck_m_per_s);
-        let cell_share = if guide > 2.5 { 1.0 } else { self.cell_share };
         assembly.guide.stands_on_cell(cell_share);
         assembly.guide.rest_share = self.rest_share;
-        if guide > 0.5 {
+        if self.guide > 0 {
             assembly.guide.stands_on_bristles(presliding_m, creep_m_per_s);
         }
     }
@@ -196,7 +198,8 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
         stribeck_m_per_s: 0.0,
         cell_share: effect.value(1),
         rest_share: effect.value(2),
-        held: [3, 4, 5].map(|place| effect.value(place)),
+        guide: effect.form(3),
+        bristles: [4, 5].map(|place| effect.value(place)),
     };
     rubbing.enter(assembly);
 }

@@ -65,9 +65,9 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    let (growth_per_m, lock_m, whole) = (effect.value(0), effect.value(1), effect.value(3).round() == 1.0);
+    let (growth_per_m, lock_m, whole) = (effect.value(0), effect.value(1), effect.form(3) == 1);
     let exponent = growth_per_m * lock_m;
-    match effect.value(2).round() as u32 {
+    match effect.form(2) {
         0 => assembly.obey(&Locking { exponent, lock_m, whole }, whole),
         1 => assembly.obey(&Duffing { growth_per_m, whole }, whole),
         _ => assembly.obey(&Power { exponent: exponent.min(BALLS), lock_m, whole }, whole),

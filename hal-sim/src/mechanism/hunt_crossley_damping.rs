@@ -49,9 +49,9 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    let is_same_part = effect.value(1).round() == 1.0;
+    let is_same_part = effect.form(1) == 1;
     let times = if is_same_part { Approach::REDUCED_SPEED_M_PER_S / assembly.approach.hits_m_per_s() } else { 1.0 };
-    let whole = effect.value(2).round() == 1.0;
+    let whole = effect.form(2) == 1;
     assembly.obey(&HuntCrossley { alpha_s_per_m: effect.value(0) * times, whole }, whole);
 }
 

@@ -53,7 +53,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
     let factor = 1.0 + effect.value(0) * (-f64::from(assembly.approach.order) / effect.value(1)).exp();
-    assembly.stiffen(factor, effect.value(2).round() == 1.0);
+    assembly.stiffen(factor, effect.form(2) == 1);
 }
 
 #[cfg(test)]

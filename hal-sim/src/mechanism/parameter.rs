@@ -36,8 +36,8 @@ pub enum Search {
     Whole(&'static [f64]),
     /// At each of these, and held there: a form of its own, which is followed beside the others.
     Form(&'static [f64]),
-    /// The same, of a rig that has a pad: without one some forms are like others, and there are only so many of them.
-    PaddedForm(&'static [f64], usize),
+    /// The same, of a campaign that has what it is about: without that some forms are like others, and there are only so many of them.
+    FormWith(Needed, &'static [f64], usize),
     /// Spread over the plausible range.
     Plausible,
     /// At parts of the strokes that the springs have made.
@@ -48,6 +48,8 @@ pub enum Search {
     OfPeak,
     /// At parts and multiples of the contact time.
     OfContactTime,
+    /// At parts of it: what comes later is not seen.
+    WithinContact,
     /// At the lines that stand in the spectrum of what is unexplained, and spread over the plausible range.
     OfLines,
     /// Where a resonance with it meets such a line: a mass on the springs, or a compliance under the mechanism's mass.
@@ -60,6 +62,15 @@ pub enum Search {
     Again,
     /// It is not sought but held at its value: a whole number, a choice.
     Held,
+}
+
+/// What a form of a mechanism is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Needed {
+    /// A pad before the springs.
+    Pad,
+    /// A gauge that shows where the robot is.
+    Position,
 }
 
 /// How the values of a parameter are spaced.
@@ -76,7 +87,7 @@ impl Search {
     #[must_use]
     pub const fn remark(self) -> &'static str {
         match self {
-            Self::Held | Self::Whole(_) | Self::Form(_) | Self::PaddedForm(..) => "held, not fitted",
+            Self::Held | Self::Whole(_) | Self::Form(_) | Self::FormWith(..) => "held, not fitted",
             Self::EachImpact | Self::EachInstant | Self::Again => "each impact has its own",
             _ => "",
         }
@@ -118,7 +129,7 @@ impl Parameter {
     pub const WHOLE: Self = Self {
         name: "whole",
         meaning: "0: the pad alone, 1: pad and springs alike, as if they were one; others are rounded",
-        search: Search::PaddedForm(&[0.0, 1.0], 1),
+        search: Search::FormWith(Needed::Pad, &[0.0, 1.0], 1),
         ..Self::EITHER
     };
 
@@ -131,7 +142,7 @@ impl Parameter {
     /// Whether it is a choice between forms of its mechanism.
     #[must_use]
     pub fn is_form(&self) -> bool {
-        matches!(self.search, Search::Form(_) | Search::PaddedForm(..))
+        matches!(self.search, Search::Form(_) | Search::FormWith(..))
     }
 
     /// Whether every impact has a value of its own.

@@ -91,8 +91,8 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
     let speed = approach.hits_m_per_s();
     let (per_e_fold, memory_s) = (effect.value(0), effect.value(1));
     let e_folds = (speed / effect.value(2)).ln();
-    let whole = effect.value(4).round() == 1.0;
-    if effect.value(3).round() == 1.0 {
+    let whole = effect.form(4) == 1;
+    if effect.form(3) == 1 {
         let mass_kg = approach.effective_mass_kg;
         assembly.obey(&Instantaneous { per_e_fold, e_folds, speed_m_per_s: speed, mass_kg }, whole);
         return;

@@ -109,7 +109,7 @@ const SATURATED: f64 = 19.0;
 const BACK_WITHIN_M: f64 = 1e-5;
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    let (ends, damping_ratio) = match effect.value(5).round() as u32 {
+    let (ends, damping_ratio) = match effect.form(5) {
         0 => (Ends::After(effect.value(2)), 0.0),
         1 => (Ends::Back, 0.0),
         _ => (Ends::After(effect.value(2)), effect.value(6)),

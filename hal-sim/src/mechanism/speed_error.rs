@@ -49,7 +49,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
     let speed = &mut assembly.approach.speed_m_per_s;
-    if effect.value(1).round() == 0.0 {
+    if effect.form(1) == 0 {
         *speed *= 1.0 + effect.value(0);
     } else {
         // Away from where it comes from it stays: a robot that hits comes on.

@@ -74,7 +74,8 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
         stribeck_m_per_s: effect.value(4),
         cell_share: effect.value(2),
         rest_share: effect.value(3),
-        held: [5, 6, 7].map(|place| effect.value(place)),
+        guide: effect.form(5),
+        bristles: [6, 7].map(|place| effect.value(place)),
     };
     rubbing.enter(assembly);
 }

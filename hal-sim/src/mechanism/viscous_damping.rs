@@ -49,9 +49,9 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
     let is_behind_pad = assembly.pad.is_some();
-    let damping_ns_per_m = match effect.value(1).round() {
-        1.0 if is_behind_pad && assembly.piece.is_none() => &mut assembly.across.damping_ns_per_m,
-        2.0 => &mut assembly.spring.damping_ns_per_m,
+    let damping_ns_per_m = match effect.form(1) {
+        1 if is_behind_pad && assembly.piece.is_none() => &mut assembly.across.damping_ns_per_m,
+        2 => &mut assembly.spring.damping_ns_per_m,
         _ => &mut assembly.touched_mut().damping_ns_per_m,
     };
     *damping_ns_per_m += effect.value(0);

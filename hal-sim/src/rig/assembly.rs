@@ -474,6 +474,8 @@ pub struct Frame {
     pub damping_ns_per_m: f64,
     /// Mass between the springs and the cell's sensing element, kg.
     pub on_cell_kg: f64,
+    /// Whether a gauge of the robot's position stands on it.
+    pub bears_gauge: bool,
 }
 
 /// A coupling in the robot that slips: tip and link are one until it has to pass on more than it can, and then it passes

@@ -62,7 +62,7 @@ pub enum Quantity {
     Stroke,
     /// How far pad and body springs together are pressed in, m: the way of the tip while it touches, else what the piece keeps.
     Depth,
-    /// Position of the robot's tip, or of the falling mass, m.
+    /// Position of the robot's tip, or of the falling mass, m: from the frame where that bears the gauge.
     Position,
     /// Its velocity, m/s.
     Velocity,
@@ -467,6 +467,9 @@ impl Impact {
             Quantity::Stroke => instant.piece_m + self.motion.returning(time_s).0,
             Quantity::Depth if self.motion.trajectory.stretches()[stretch].mode.touching => instant.over_m,
             Quantity::Depth => instant.piece_m + self.motion.returning(time_s).0,
+            Quantity::Position if self.motion.system.assembly.frame.is_some_and(|frame| frame.bears_gauge) => {
+                instant.over_m
+            }
             Quantity::Position => instant.tip_m,
             Quantity::Velocity => instant.tip_m_per_s,
             Quantity::Acceleration => instant.tip_m_per_s2,

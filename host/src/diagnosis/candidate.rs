@@ -3,7 +3,8 @@
 //! A shape that is a place on the way (a stroke, a force, a time) is sought where the recordings have been: at parts of the strokes,
 //! forces and contact times that the fit so far has. The strength is not gridded: one signature tells it to first order.
 
-use thud_sim::mechanism::{Effect, Mechanism, Parameter, Scale, Search};
+use thud_sim::mechanism::{Effect, Mechanism, Needed, Parameter, Scale, Search};
+use thud_sim::rig::Quantity;
 
 use super::problem::Problem;
 use super::repeats::{Repeat, repeats};
@@ -34,6 +35,8 @@ pub struct Reach {
     /// Stiffness of the body springs and of the pad, N/m.
     body_n_per_m: f64,
     pad_n_per_m: Option<f64>,
+    /// Whether a channel shows where the robot is.
+    shows_position: bool,
     /// Frequencies at which the residual is strong, Hz, strongest first.
     lines_hz: Vec<f64>,
     /// Runs of equal values in each recording, the longest first.
@@ -65,7 +68,16 @@ impl Reach {
             peaks_n,
             body_n_per_m: rig.body_stiffness_n_per_m,
             pad_n_per_m: rig.pad_stiffness_n_per_m,
+            shows_position: problem.channels.iter().any(|channel| channel.quantity == Quantity::Position),
             lines_hz,
+        }
+    }
+
+    /// Whether the campaign has what a form is about.
+    fn has(&self, needed: Needed) -> bool {
+        match needed {
+            Needed::Pad => self.pad_n_per_m.is_some(),
+            Needed::Position => self.shows_position,
         }
     }
 
@@ -145,8 +157,8 @@ impl Reach {
         };
         match parameter.search {
             Search::Held | Search::EachImpact | Search::EachInstant | Search::Again | Search::Typical => Vec::new(),
-            Search::PaddedForm(values, bare) if self.pad_n_per_m.is_none() => values[..bare].to_vec(),
-            Search::PaddedForm(values, _) | Search::OneOf(values) | Search::Whole(values) | Search::Form(values) => {
+            Search::FormWith(needed, values, without) if !self.has(needed) => values[..without].to_vec(),
+            Search::FormWith(_, values, _) | Search::OneOf(values) | Search::Whole(values) | Search::Form(values) => {
                 values.to_vec()
             }
             // Finite strengths over all that is likely: what a mechanism shows need not be in proportion. On a scale of differences,
@@ -165,13 +177,14 @@ impl Reach {
                 parts(&self.depths_m, &[1.1, 1.6, 3.0].map(|part| part * (1.0 + behind)))
             }
             Search::OfPeak => parts(&self.peaks_n, &[0.06, 0.15, 0.35, 0.6, 0.8, 0.93]),
-            Search::OfContactTime => {
+            Search::OfContactTime | Search::WithinContact => {
                 let middle = self.contact_times_s[self.contact_times_s.len() / 2];
-                [0.1, 0.3, 1.0, 5.0]
-                    .iter()
-                    .map(|part| part * middle)
-                    .filter(|t| *t > 0.3 * low && *t < 3.0 * high)
-                    .collect()
+                let parts = if parameter.search == Search::WithinContact {
+                    [0.1, 0.25, 0.4, 0.6]
+                } else {
+                    [0.1, 0.3, 1.0, 5.0]
+                };
+                parts.map(|part| part * middle).into_iter().filter(|t| *t > 0.3 * low && *t < 3.0 * high).collect()
             }
             Search::Resonance => {
                 let stiffness = self.body_n_per_m + self.pad_n_per_m.unwrap_or(0.0);

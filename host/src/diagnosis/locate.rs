@@ -35,6 +35,9 @@ pub const SIGNIFICANT: f64 = 0.01;
 const SEPARATED: f64 = 0.005;
 /// Parts of a phase, each of which is looked at, and among which the shortest stretch is sought that holds most of the excess.
 const STRETCHES: usize = 20;
+/// Equal parts of the strongest force, in each of which all recordings are summed: what goes with the stroke is of many frequencies and comes at
+/// another time in each recording (a magnet's detent, teeth, a rough place).
+const LEVELS: usize = 64;
 /// How much of the excess that stretch holds.
 const MOST: f64 = 0.8;
 
@@ -199,6 +202,8 @@ struct Looked<'a> {
     signed: Vec<Vec<f64>>,
     /// Energy of each phase by band.
     bands: [Bands; Phase::ALL.len()],
+    /// What each phase has by the force that the fit has there.
+    levels: [Sum; Phase::ALL.len()],
     quiet: Quiet,
     level: Sum,
 }
@@ -226,12 +231,14 @@ impl<'a> Looked<'a> {
             }
         }
         let (quiet, level) = (Quiet::of(problem), level(problem));
-        Self { problem, fit, courses, smooth, signed, bands, quiet, level }
+        let levels = levels(problem, fit, &courses);
+        Self { problem, fit, courses, smooth, signed, bands, levels, quiet, level }
     }
 
-    /// How much is looked at: in each phase the smooth forms of all recordings together, of each alone, the bands, and the parts.
+    /// How much is looked at: in each phase the smooth forms of all recordings together, of each alone, the bands, the parts of its time and of its
+    /// force.
     fn often(&self) -> f64 {
-        (Phase::ALL.len() * (1 + self.courses.len() + BANDS_HZ.len() - 1 + STRETCHES)) as f64
+        (Phase::ALL.len() * (1 + self.courses.len() + BANDS_HZ.len() - 1 + STRETCHES + 1)) as f64
     }
 
     /// All that is in a phase.
@@ -255,7 +262,7 @@ impl<'a> Looked<'a> {
 
     /// What is oddest in a phase.
     fn oddity(&self, row: usize, stretches: &Stretches) -> Oddity {
-        let all = std::iter::once(self.together(row)).chain(self.smooth[row].iter().copied());
+        let all = [self.together(row), self.levels[row]].into_iter().chain(self.smooth[row].iter().copied());
         let smooth = all.map(|sum| Oddity::of(sum, sum.p(self.level)));
         let bands = self.bands[row].iter().zip(&self.quiet.bands).map(|(sum, quiet)| Oddity::of(*sum, sum.p(*quiet)));
         let parts = (0..STRETCHES).map(|part| Oddity::of(stretches.part(part), stretches.p(part, &self.quiet)));
@@ -320,6 +327,40 @@ pub fn locate(problem: &Problem, fit: &Fit) -> Vec<Place> {
     }
     places.sort_by(|a, b| b.share.total_cmp(&a.share));
     places
+}
+
+/// What each phase of the contact has in parts of the force that the fit has there, one form each: the sum of all recordings.
+fn levels(problem: &Problem, fit: &Fit, courses: &[Course]) -> [Sum; Phase::ALL.len()] {
+    let sizes: Vec<Vec<f64>> = (0..courses.len())
+        .map(|number| {
+            let offset = fit.layout.local(&fit.point, number, Role::Offset(0)).unwrap_or(0.0);
+            let samples = problem.recordings[number].times_s.len();
+            fit.model[number].iter().take(samples).map(|value| (value - offset).abs()).collect()
+        })
+        .collect();
+    let strongest = sizes.iter().flatten().copied().fold(0.0, f64::max);
+    Phase::ALL.map(|phase| {
+        if !matches!(phase, Phase::Rise | Phase::Fall) {
+            return Sum::default();
+        }
+        let within = sizes.iter().enumerate().flat_map(|(number, sizes)| {
+            let samples = problem.recordings[number].times_s.iter().zip(sizes).zip(&fit.residuals[number]);
+            let there = samples.filter(move |((time_s, _), _)| courses[number].phase(**time_s) == phase);
+            there.map(|((_, size), residual)| (size / strongest, *residual))
+        });
+        by_level(within)
+    })
+}
+
+/// Residuals beside the level from 0 to 1 at which each stands: one form in each part.
+fn by_level(residuals: impl Iterator<Item = (f64, f64)>) -> Sum {
+    let mut parts = [(0.0, 0_u32); LEVELS];
+    for (level, residual) in residuals {
+        let (sum, count) = &mut parts[((LEVELS as f64 * level) as usize).min(LEVELS - 1)];
+        *sum += residual;
+        *count += 1;
+    }
+    parts.iter().filter(|(_, count)| *count > 0).map(|(sum, count)| Sum::of(sum / f64::from(*count).sqrt())).sum()
 }
 
 /// The strength of the noise over all frequencies, as the quiet shows it: where it is known least.
@@ -583,6 +624,21 @@ mod tests {
         let lines = cosines(&values);
         assert!((lines[5].powi(2) - 32.0).abs() < 1e-9, "{lines:?}");
         assert!(lines.iter().enumerate().all(|(order, line)| order == 5 || line.abs() < 1e-9));
+    }
+
+    /// A wave along the stroke of a third of the noise, passed at many speeds: no line in time, but one along the level.
+    #[test]
+    fn what_goes_with_the_stroke_adds_up_there() {
+        let scatter = |n: u32| 2.0_f64.sqrt() * (f64::from(n) * f64::from(n) * 0.7 + 37.0).sin();
+        let passed = |wave: f64| {
+            let at = move |n: u32| {
+                let level = (f64::from(n) * 0.618_033_988_749_895).fract();
+                (level, scatter(n) + wave * (std::f64::consts::TAU * 12.0 * level).sin())
+            };
+            by_level((0..6000).map(at)).p(Sum::default())
+        };
+        assert!(passed(0.0) > 0.01, "{}", passed(0.0));
+        assert!(passed(0.33) < 1e-12, "{}", passed(0.33));
     }
 
     #[test]

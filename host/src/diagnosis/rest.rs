@@ -1,7 +1,7 @@
 //! What no mechanism explains: described by what it depends on, modelled as a map without a name.
 //!
-//! The residual is regressed on forms that any impact has: powers of stroke and speed while touching, sines over the contact time (also
-//! times speed and mass), and slow curves after separation. What the fit's own coordinates could do instead is fitted along, so that the
+//! The residual is regressed on forms that any impact has: powers of stroke and speed while touching, a wave along the stroke where one stands
+//! out (a magnet's detent, teeth), sines over the contact time (also times speed and mass), and slow curves after separation. What the fit's own coordinates could do instead is fitted along, so that the
 //! map holds only what they cannot. A ridge, chosen on recordings left out, keeps it from following the noise.
 //!
 //! A map is not a mechanism: it holds where the recordings have been, not beyond.
@@ -21,6 +21,12 @@ const RIDGES: [f64; 4] = [1e-6, 1e-4, 1e-2, 1.0];
 /// Sines over the contact time.
 const SINES: usize = 10;
 
+/// Waves along the stroke are sought from one to so many over the deepest one, in steps of a quarter.
+const MOST_WAVES: u32 = 48;
+const STEPS_A_WAVE: u32 = 4;
+/// And are there where the squares along a sine and a cosine are more than this: chance gives as much in one trial of 10⁵, two hundred are made.
+const STANDS_OUT: f64 = 23.0;
+
 /// A map of the rest.
 #[derive(Clone, Debug)]
 pub struct Map {
@@ -33,7 +39,8 @@ pub struct Map {
 }
 
 struct Form {
-    name: &'static str,
+    /// Empty: no formula is made of it.
+    name: String,
     /// Whitened values in each recording.
     whitened: Vec<Vec<f64>>,
     /// The same, not whitened.
@@ -169,8 +176,7 @@ fn forms(problem: &Problem, fit: &Fit) -> Option<Vec<Form>> {
             .fold(1e-12, f64::max)
     };
     let (x_most, v_most) = (most(&|seen| &seen.position), most(&|seen| &seen.velocity));
-    let mut all = Vec::new();
-    let mut push = |name: &'static str, value: &dyn Fn(usize, usize) -> f64| {
+    let form = |name: &str, value: &dyn Fn(usize, usize) -> f64| {
         let plain: Vec<Vec<f64>> = problem
             .recordings
             .iter()
@@ -191,8 +197,24 @@ fn forms(problem: &Problem, fit: &Fit) -> Option<Vec<Form>> {
                 values
             })
             .collect();
-        if whitened.iter().flatten().any(|value| value.abs() > 1e-9) {
-            all.push(Form { name, whitened, plain });
+        Form { name: name.to_owned(), whitened, plain }
+    };
+    let wave = |waves: f64| {
+        let pitch_mm = 1e3 * x_most / waves;
+        let along = |number: usize, place: usize, shape: fn(f64) -> f64| {
+            let turns = waves * seen[number].position[place] / x_most;
+            if touching(number, place) { shape(std::f64::consts::TAU * turns) } else { 0.0 }
+        };
+        [
+            form(&format!("sin(2πx/{pitch_mm:.3} mm)"), &|number, place| along(number, place, f64::sin)),
+            form(&format!("cos(2πx/{pitch_mm:.3} mm)"), &|number, place| along(number, place, f64::cos)),
+        ]
+    };
+    let mut all = standing_out(fit, wave);
+    let mut push = |name: &str, value: &dyn Fn(usize, usize) -> f64| {
+        let form = form(name, value);
+        if form.whitened.iter().flatten().any(|value| value.abs() > 1e-9) {
+            all.push(form);
         }
     };
     type Shape = (&'static str, fn(f64, f64) -> f64);
@@ -244,13 +266,30 @@ fn forms(problem: &Problem, fit: &Fit) -> Option<Vec<Form>> {
     Some(all)
 }
 
+/// The wave along the stroke that the residual goes along with most, as a sine and a cosine; none where none stands out.
+fn standing_out(fit: &Fit, wave: impl Fn(f64) -> [Form; 2]) -> Vec<Form> {
+    let along = |form: &Form| -> f64 {
+        let squares: f64 = form.whitened.iter().flatten().map(|value| value * value).sum();
+        let products = form.whitened.iter().zip(&fit.residuals).flat_map(|(form, residual)| form.iter().zip(residual));
+        products.map(|(form, residual)| form * residual).sum::<f64>().powi(2) / squares.max(1e-12)
+    };
+    let waves = (STEPS_A_WAVE..=STEPS_A_WAVE * MOST_WAVES).map(|step| f64::from(step) / f64::from(STEPS_A_WAVE));
+    let each = waves.map(wave).map(|forms| (forms.iter().map(along).sum::<f64>(), forms));
+    let strongest = each.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(squares, _)| *squares > STANDS_OUT);
+    strongest.map_or_else(Vec::new, |(_, forms)| forms.into())
+}
+
 /// One or two terms in stroke x and speed v that explain most of the rest; empty where they explain less than half of what the forms do.
 fn formula(problem: &Problem, fit: &Fit, tangent: &Tangent, forms: &[Form]) -> String {
     let all: Vec<usize> = (0..problem.recordings.len()).collect();
     let gain = |chosen: &[usize]| -> f64 {
         let few: Vec<Form> = chosen
             .iter()
-            .map(|place| Form { name: forms[*place].name, whitened: forms[*place].whitened.clone(), plain: Vec::new() })
+            .map(|place| Form {
+                name: forms[*place].name.clone(),
+                whitened: forms[*place].whitened.clone(),
+                plain: Vec::new(),
+            })
             .collect();
         let Some(coefficients) = solve(fit, tangent, &few, &all, 1e-6) else { return 0.0 };
         // At the optimum of a projected regression the gain is the coefficients' part of the score.

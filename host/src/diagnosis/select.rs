@@ -378,6 +378,12 @@ impl Selecting<'_> {
         self.burden(trial) < self.burden(other) - 1.0
     }
 
+    /// The lightest of models with another mechanism in one place, if it is lighter than this one.
+    fn lightest(&self, others: &[(usize, Trial)], than: &Trial) -> Option<(usize, Trial)> {
+        let better = others.iter().filter(|(_, trial)| self.is_lighter(trial, than));
+        better.min_by(|a, b| self.burden(&a.1).total_cmp(&self.burden(&b.1))).cloned()
+    }
+
     /// Whether the baseline had not converged: what falls with a model's only mechanism falls without it as well. Then that is the baseline.
     fn found_lower_baseline(&mut self, of: &Standing) -> Option<bool> {
         let [Some(again)] = of.fewer.as_slice() else { return Some(false) };
@@ -639,9 +645,7 @@ impl Selecting<'_> {
     /// Refits the others in the place of each mechanism and takes the best, if it is better; it comes last.
     fn exchanged(&mut self, from: Standing) -> Option<Standing> {
         self.find_all_rivals(&from);
-        let better = self.rivals.iter().filter(|(_, trial)| self.is_lighter(trial, &from.trial));
-        let lightest = better.min_by(|a, b| self.burden(&a.1).total_cmp(&self.burden(&b.1)));
-        let Some((place, trial)) = lightest.cloned() else { return Some(from) };
+        let Some((place, trial)) = self.lightest(&self.rivals, &from.trial) else { return Some(from) };
         self.exchange(from, place, trial)
     }
 
@@ -659,8 +663,7 @@ impl Selecting<'_> {
                 trials.into_iter().map(move |trial| (place, trial))
             });
             let instead: Vec<(usize, Trial)> = instead.collect();
-            let better = instead.iter().filter(|(_, trial)| self.is_lighter(trial, &here.trial));
-            let lightest = better.min_by(|a, b| self.burden(&a.1).total_cmp(&self.burden(&b.1))).cloned();
+            let lightest = self.lightest(&instead, &here.trial);
             self.rivals.extend(instead);
             let Some((place, trial)) = lightest else { break };
             here = self.exchange(here, place, trial)?;
