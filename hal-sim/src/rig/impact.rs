@@ -460,17 +460,19 @@ impl Impact {
             self.motion.trajectory.cell_n(stretch, &[time_s.min(self.motion.until_s)], &mut cell_n);
             return cell_n[0] + self.motion.lingering_n(time_s);
         }
+        if quantity == Quantity::Position {
+            // Of the state alone, without the forces there.
+            let mut state = [0.0; MOST_STATES];
+            self.motion.trajectory.state(stretch, time_s.min(self.motion.until_s), &mut state);
+            return self.motion.system.gauged_m(&state);
+        }
         let instant = self.instant(stretch, time_s);
         match quantity {
-            Quantity::CellForce => unreachable!("read above"),
+            Quantity::CellForce | Quantity::Position => unreachable!("read above"),
             Quantity::ContactForce => instant.contact_n - self.motion.neck_n(time_s),
             Quantity::Stroke => instant.piece_m + self.motion.returning(time_s).0,
             Quantity::Depth if self.motion.trajectory.stretches()[stretch].mode.touching => instant.over_m,
             Quantity::Depth => instant.piece_m + self.motion.returning(time_s).0,
-            Quantity::Position if self.motion.system.assembly.frame.is_some_and(|frame| frame.bears_gauge) => {
-                instant.over_m
-            }
-            Quantity::Position => instant.tip_m,
             Quantity::Velocity => instant.tip_m_per_s,
             Quantity::Acceleration => instant.tip_m_per_s2,
             Quantity::Friction => instant.friction_n,

@@ -110,7 +110,6 @@ pub(super) struct Mode {
 /// Everything there is to know at one instant.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Instant {
-    pub(super) tip_m: f64,
     pub(super) tip_m_per_s: f64,
     pub(super) tip_m_per_s2: f64,
     /// Tip over frame.
@@ -530,12 +529,17 @@ impl System {
         }
     }
 
+    /// The position of the tip as a gauge shows it.
+    pub(super) fn gauged_m(&self, state: &[f64]) -> f64 {
+        let on_frame = self.assembly.frame.filter(|frame| frame.bears_gauge).and(self.layout.frame);
+        state[0] - on_frame.map_or(0.0, |frame| state[frame])
+    }
+
     /// The forces and velocities at an instant.
     pub(super) fn instant(&self, time_s: f64, state: &[f64], mode: &Mode) -> Instant {
         let (tip_m, tip_m_per_s) = (state[0], state[1]);
         let (frame_m, frame_m_per_s) = self.layout.frame.map_or((0.0, 0.0), |frame| (state[frame], state[frame + 1]));
         let mut instant = Instant {
-            tip_m,
             tip_m_per_s,
             over_m: tip_m - frame_m,
             over_m_per_s: tip_m_per_s - frame_m_per_s,
