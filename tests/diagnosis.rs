@@ -403,8 +403,6 @@ fn what_is_odd_for_a_moment_only_is_not_passed_over() {
     assert_eq!((&answer["verdict"], &answer["where"][0]["phase"]), (&"unexplained".into(), &"after".into()));
 }
 
-/// A gain that was wrong in two recordings of twelve: a fit to all of them spreads it, and a sway of the robot with a phase for each impact bends
-/// to what is left.
 /// A magnet's detent, less than the noise: it comes at another time and with another frequency in each recording, and is told by the way.
 #[test]
 fn what_comes_back_along_the_stroke_is_no_noise() {
@@ -422,6 +420,8 @@ fn what_comes_back_along_the_stroke_is_no_noise() {
     assert!(form.contains("(2πx/0.8"), "{form}");
 }
 
+/// A gain that was wrong in two recordings of twelve: a fit to all of them spreads it, and a sway of the robot with a phase for each impact bends
+/// to what is left.
 #[test]
 fn what_acts_in_few_recordings_is_found_where_the_others_do_not_foretell_them() {
     let folder = TempDir::new().unwrap();

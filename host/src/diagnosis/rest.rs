@@ -1,8 +1,8 @@
 //! What no mechanism explains: described by what it depends on, modelled as a map without a name.
 //!
 //! The residual is regressed on forms that any impact has: powers of stroke and speed while touching, a wave along the stroke where one stands
-//! out (a magnet's detent, teeth), sines over the contact time (also times speed and mass), and slow curves after separation. What the fit's own coordinates could do instead is fitted along, so that the
-//! map holds only what they cannot. A ridge, chosen on recordings left out, keeps it from following the noise.
+//! out (a magnet's detent, teeth), sines over the contact time (also times speed and mass), and slow curves after separation. What the fit's
+//! own coordinates could do instead is fitted along, so that the map holds only what they cannot. A ridge, chosen on recordings left out, keeps it from following the noise.
 //!
 //! A map is not a mechanism: it holds where the recordings have been, not beyond.
 
