@@ -118,6 +118,8 @@ pub struct Mechanism {
     pub by_recording: &'static [&'static str],
     /// Parameters that do something in some of its forms only: which, and in which forms by which choice.
     pub used_in: &'static [(&'static str, &'static str, &'static [f64])],
+    /// Strengths that are the size of a thing, as a gap is: far below anything likely there is no such thing, while a force may be as small as one likes.
+    pub sized: &'static [&'static str],
     /// Its equation, as text.
     pub equation: &'static str,
     /// Where the equation and the ranges come from.
@@ -375,6 +377,9 @@ pub(crate) mod tests {
                 let (likely_low, likely_high) = parameter.plausible;
                 assert!(low <= likely_low && likely_low <= likely_high && likely_high <= high, "{}", parameter.name);
                 assert!(parameter.scale == Scale::Linear || likely_low > 0.0, "{}: log of zero", parameter.name);
+            }
+            for name in mechanism.sized {
+                assert!(mechanism.parameter(name).unwrap().1.null.is_some(), "{}: {name} is a shape", mechanism.id);
             }
             for (name, choice, values) in mechanism.used_in {
                 assert!(mechanism.parameter(name).is_ok(), "{}: {name}", mechanism.id);

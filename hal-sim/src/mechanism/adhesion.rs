@@ -21,6 +21,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &[],
     by_recording: &[],
     used_in: &[],
+    sized: &[],
     equation: "the contact ends at P = −F_a instead of P = 0; then P = −F_a·(1 − s/ℓ) until the robot is s = ℓ away",
     source: "pull-off force, Johnson, Kendall and Roberts (1971); 2 to 10 N for soft silicone and polyurethane",
     parameters: &[

@@ -21,6 +21,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &[],
     by_recording: &[],
     used_in: &[],
+    sized: &[],
     equation: "F = c·v² as the body springs are pressed in at the rate v, −b·c·v² as they come back",
     source: "orifice loss of the air in the housing; 1 N at 0.25 m/s",
     parameters: &[

@@ -16,6 +16,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &["coefficient_kg_per_m"],
     by_recording: &[],
     used_in: &[],
+    sized: &[],
     equation: "F = −c·v·|v|, c = 0.5·ρ·C_d·A",
     source: "quadratic drag; a golf ball 0.0004, a basketball 0.02 kg/m",
     parameters: &[Parameter {

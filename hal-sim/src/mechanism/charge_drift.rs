@@ -16,6 +16,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &[],
     by_recording: &["rate_N_per_s"],
     used_in: &[],
+    sized: &[],
     equation: "y = F + r·(t − t_0), t_0 the first sample",
     source: "leakage of a charge amplifier, about 14 mN/s",
     parameters: &[Parameter {

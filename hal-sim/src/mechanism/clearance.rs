@@ -19,6 +19,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &[],
     by_recording: &[],
     used_in: &[],
+    sized: &["gap_m"],
     equation: "F = (1 − share)·k·x + share·k·max(x − g, 0), x the stroke of the body springs",
     source: "springs in parallel with unequal play; 0.05 to 0.5 mm",
     parameters: &[

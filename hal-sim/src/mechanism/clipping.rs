@@ -17,6 +17,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &[],
     by_recording: &[],
     used_in: &[],
+    sized: &[],
     equation: "|y| = |F| − κ·L·ln(1 + exp((|F| − L)/(κ·L))), which for a small κ is min(|F|, L)",
     source: "rails of amplifier and converter; a range that was set too small",
     parameters: &[

@@ -24,6 +24,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &[],
     by_recording: &[],
     used_in: &[("retreat_m_per_s", "response", &[0.0, 2.0]), ("braking_m_per_s", "response", &[1.0, 2.0])],
+    sized: &[],
     equation: "F = −F_r·½·(1 + tanh(20·(1 + v/v_r)))·(1 − exp(−s/t_r)), s = t − t(P = F_th) − delay ≥ 0, on the robot; stopping −F_r·tanh(v/v_b) in its place, at a controlled speed −F_r·tanh((v + v_r)/v_b)",
     source: "collision monitor; reaction after 5 to 30 ms; a retreat with a limit of speed, or a stop of category 0 or 1",
     parameters: &[

@@ -25,6 +25,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &[],
     by_recording: &[],
     used_in: &[],
+    sized: &[],
     equation: "|H(f)|² = 1/(1 + (f/f_c)^(2N)), or Bessel's, causal; delay of slow signals 1/(2π·f_c·sin(π/2N))",
     source: "Butterworth (1930), Thomson (1949); 30 to 1000 Hz, two or four poles",
     parameters: &[

@@ -29,6 +29,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &["force_N"],
     by_recording: &[],
     used_in: &[],
+    sized: &[],
     equation: "m_link·a_link = D − C, m_tip·a_tip = C − P, a_link = a_tip while |C| ≤ F_max, else C = ±F_max + c·slip rate",
     source: "slipping coupling; about 540 N from the joint torques of an iiwa 14, less by pose and settings",
     parameters: &[

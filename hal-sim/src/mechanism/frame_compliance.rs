@@ -23,6 +23,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &[],
     by_recording: &[],
     used_in: &[],
+    sized: &["compliance_m_per_N"],
     equation: "m_f·d²x_f/dt² = S + F_f − x_f/C − c_f·dx_f/dt, c_f = 2ζ·sqrt(m_f/C); the cell bears S − m_c·d²x_f/dt²",
     source: "two bodies; 1 to 20 N/µm, 10 to 30 kg, 40 to 300 Hz",
     parameters: &[
@@ -43,7 +44,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             meaning: "mass m_f that swings",
             null: None,
             range: (0.5, 1000.0),
-            plausible: (5.0, 50.0),
+            plausible: (5.0, 40.0),
             typical: 20.0,
             scale: Scale::Logarithmic,
             search: Search::OneOf(&[8.0, 20.0, 45.0]),

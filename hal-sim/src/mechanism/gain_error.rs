@@ -16,6 +16,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &["relative"],
     by_recording: &["relative"],
     used_in: &[],
+    sized: &[],
     equation: "y = F·(1 + ε)",
     source: "calibration, and cross-sensitivity to loads beside the axis; 1 to 5 %",
     parameters: &[Parameter {

@@ -165,6 +165,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &[],
     by_recording: &[],
     used_in: FORMS,
+    sized: &[],
     equation: "F_f = F_c·sgn(dx_p/dt) while sliding, |F_f| ≤ F_c while sticking; on bristles F_f = F_c·y, z·dy/dt = v − y·√(v² + v_c²)",
     source: "Coulomb friction with true sticking, or Dahl's bristles, which may forget; 0.5 to 10 N for a printed guide",
     parameters: &[

@@ -26,6 +26,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &[],
     by_recording: &[],
     used_in: &[("lock_m", "law", &[0.0, 2.0])],
+    sized: &[],
     equation: "F = k·δ/(1 − δ/lock)^(growth·lock), k·δ·(1 + (growth·δ)²) or k·δ·(δ/lock)^(growth·lock)",
     source: "locking law, δ_l 0.4 to 0.7 of a pad of 7 to 21 mm; Duffing (1918); Johnson, Contact Mechanics (1985), ch. 4",
     parameters: &[

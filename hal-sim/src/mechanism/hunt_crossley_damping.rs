@@ -21,6 +21,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &[],
     by_recording: &[],
     used_in: &[],
+    sized: &[],
     equation: "F = F_el(δ)·(1 + 1.5·α·dδ/dt); e ≈ 1/(1 + α·v0); law 1: α·0.25 m/s/v0 for α",
     source: "Hunt and Crossley, J. Appl. Mech. 42 (1975) 440; range from αv0 = 0 to 0.3 at 0.05 to 0.6 m/s; law 1: Lankarani and Nikravesh, J. Mech. Des. 112 (1990) 369",
     parameters: &[

@@ -21,6 +21,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &["frequency_Hz"],
     by_recording: &[],
     used_in: &[],
+    sized: &[],
     equation: "tip m_R(1−μ) and link m_R·μ, F_j = k_j·Δx + c_j·Δv, k_j = (2πf)²·m_R·μ(1−μ), c_j = 2ζ·2πf·m_R·μ(1−μ)",
     source: "two-mass robot; joint modes of 10 to 28 Hz",
     parameters: &[

@@ -5,14 +5,15 @@
 //! the effective mass behind a joint of that mode, is at −A/(2πf·μ)·sin φ ahead of the tip when that meets the rig,
 //! −A/μ·cos φ faster, and answers the contact as an elastic joint does. The n-th impact of a campaign
 //! has φ = φ₀ + n·Δφ: 0 where the same program always meets the rig at the same moment of its sway, anything where
-//! the approach differs.
+//! the approach differs. A is the same in every impact, or in proportion to the speed of approach, as what starting to
+//! that speed leaves behind.
 //!
 //! Source: paper 2, link modes of 1 to 13 Hz; two bodies on a spring, whose momentum is kept.
 
 use std::f64::consts::TAU;
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
-use crate::rig::{Assembly, Sway};
+use super::{Effect, Group, Mechanism, Needed, Parameter, Scale, Search, Site};
+use crate::rig::{Approach, Assembly, Sway};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "link-oscillation",
@@ -23,7 +24,8 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &[],
     by_recording: &[],
     used_in: &[("link_fraction", "answers", &[1.0])],
-    equation: "dx_free/dt = v + A·cos(2πf·t + φ_0 + n·Δφ), n the place of the impact in the campaign; a link that answers: tip m_R(1−μ) and link m_R·μ on k_j = (2πf)²·m_R·μ(1−μ)",
+    sized: &[],
+    equation: "dx_free/dt = v + A·cos(2πf·t + φ_0 + n·Δφ), A or A·v/(0.25 m/s), n the place of the impact in the campaign; a link that answers: tip m_R(1−μ) and link m_R·μ on k_j = (2πf)²·m_R·μ(1−μ)",
     source: "paper 2: link modes of 1 to 13 Hz",
     parameters: &[
         Parameter {
@@ -76,6 +78,12 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Logarithmic,
             search: Search::Typical,
         },
+        Parameter {
+            name: "with_speed",
+            meaning: "amplitude: 0 the same in every impact, 1 in proportion to the speed of approach and as stated at 0.25 m/s",
+            search: Search::FormWith(Needed::Speeds, &[0.0, 1.0], 1),
+            ..Parameter::EITHER
+        },
     ],
     signature: "sway of displacement and speed before contact; peaks that scatter more than the speed is uncertain, slow pulses the most",
     confused_with: &["speed-error", "joint-elasticity", "robot-push"],
@@ -84,9 +92,11 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
+    let with_speed = effect.form(6) == 1;
+    let times = if with_speed { assembly.approach.speed_m_per_s / Approach::REDUCED_SPEED_M_PER_S } else { 1.0 };
     assembly.sway = Some(Sway {
         link_fraction: if effect.value(4) > 0.5 { effect.value(5) } else { 0.0 },
-        amplitude_m_per_s: effect.value(0),
+        amplitude_m_per_s: effect.value(0) * times,
         pulsation_per_s: TAU * effect.value(1),
         phase_rad: effect.value(2) + f64::from(assembly.approach.order) * effect.value(3),
     });
@@ -96,7 +106,7 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
 mod tests {
     use super::*;
     use crate::mechanism::tests::{near, strike, strike_as};
-    use crate::rig::{Approach, Quantity, Rig};
+    use crate::rig::{Quantity, Rig};
 
     const EFFECT: &str = "link-oscillation:amplitude_m_per_s=0.02,frequency_Hz=7,phase_rad=0.5,phase_step_rad=1";
 
@@ -115,6 +125,21 @@ mod tests {
         }
         let (from, to) = (hit.value(Quantity::Position, -1e-6), hit.value(Quantity::Position, 1e-6));
         near("no step at contact", (to - from) / 2e-6, 0.2 + sway(0.0), 1e-4);
+    }
+
+    /// At the speed that it is stated for, and at twice that speed.
+    #[test]
+    fn a_sway_may_grow_with_the_speed() {
+        let grows = format!("{EFFECT},with_speed=1");
+        let rig = Rig { gravity_m_per_s2: 0.0, ..Rig::fall() };
+        for (speed, amplitude) in [(0.25, 0.02), (0.5, 0.04)] {
+            let fall = strike_as(rig, Approach { order: 3, ..Approach::new(speed, 6.0) }, &[&grows]);
+            for part in 0..30 {
+                let time = 0.01 * f64::from(part);
+                let sways = speed + amplitude * (TAU * 7.0 * time + 0.5 + 3.0).cos();
+                near("free", fall.value(Quantity::Velocity, time), sways, 1e-6);
+            }
+        }
     }
 
     /// A light link is none that answers; a heavy one leaves the free motion of the tip as it was.

@@ -21,6 +21,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &[],
     by_recording: &[],
     used_in: &[("presliding_m", "bristles", &[1.0]), ("creep_m_per_s", "bristles", &[1.0])],
+    sized: &[],
     equation: "F_f = coefficient·P·sgn(dx_p/dt) while sliding; coefficient = 2·μ·e/L",
     source: "moment of an off-axis impact; μ 0.1 to 0.4, e/L up to 0.4",
     parameters: &[

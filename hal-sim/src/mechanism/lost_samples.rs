@@ -22,6 +22,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &[],
     by_recording: &["lost_s"],
     used_in: &[],
+    sized: &[],
     equation: "y(t) = F(t) for t < t_j, F(t + T) for t ≥ t_j; where the gap is filled F(t_j) or 0 for t_j ≤ t < t_j + T only; again at each further gap",
     source: "dropped blocks of a streaming logger, whose time is a count of samples, which repeats the last one or reads a cleared buffer",
     parameters: &[

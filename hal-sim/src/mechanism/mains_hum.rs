@@ -19,6 +19,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &[],
     by_recording: &[],
     used_in: &[],
+    sized: &[],
     equation: "y = F + A·sin(2πf·t + φ_0 + 2.4·n), n the number of the impact",
     source: "ground loops and stray fields; 50 or 60 Hz ± 0.2 Hz",
     parameters: &[

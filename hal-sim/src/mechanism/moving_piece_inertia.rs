@@ -26,6 +26,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &[],
     by_recording: &[],
     used_in: &[],
+    sized: &[],
     equation: "m_p·d²x_p/dt² = P(x − x_p) − S(x_p); f ≈ √((k_pad + k_body)/m_p)/2π, c = 2ζ√((k_pad + k_body)·m_p)",
     source: "two bodies; a piece of 0.04 to 0.3 kg rings at 170 to 600 Hz",
     parameters: &[

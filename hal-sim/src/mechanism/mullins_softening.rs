@@ -18,6 +18,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &[],
     by_recording: &[],
     used_in: &[],
+    sized: &[],
     equation: "k(n) = k_∞·(1 + excess·exp(−n/N_0)), n the place of the impact in the campaign, from 0",
     source: "Mullins, Rubber Chem. Technol. 42 (1969) 339; 5 to 25 %, N_0 2 to 5",
     parameters: &[

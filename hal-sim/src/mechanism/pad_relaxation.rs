@@ -18,6 +18,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &[],
     by_recording: &[],
     used_in: &[],
+    sized: &[],
     equation: "F = k·δ + ratio·k·(δ − z), dz/dt = (δ − z)/τ",
     source: "standard linear solid; k1/k 0.05 to 0.5, τ 5 ms to 1 s",
     parameters: &[

@@ -71,6 +71,8 @@ pub enum Needed {
     Pad,
     /// A gauge that shows where the robot is.
     Position,
+    /// Speeds of approach that differ.
+    Speeds,
 }
 
 /// How the values of a parameter are spaced.

@@ -18,6 +18,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &[],
     by_recording: &[],
     used_in: &[],
+    sized: &[],
     equation: "dy/dt = dF/dt − y/τ",
     source: "first-order high-pass of cell and readout; τ from 0.1 s (a wrong coupling) to 2000 s (a good cell)",
     parameters: &[Parameter {

@@ -19,6 +19,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &["relative"],
     by_recording: &[],
     used_in: &[],
+    sized: &[],
     equation: "m = m_said·(1 + ε) in the configuration with this number, m_said in the others; in every one, each with its ε, where that is −1",
     source: "spread of public models of one arm; held or free orientation",
     parameters: &[

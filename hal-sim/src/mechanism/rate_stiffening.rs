@@ -37,6 +37,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &[],
     by_recording: &[],
     used_in: &[("memory_s", "law", &[0.0])],
+    sized: &[],
     equation: "law 0: F = k·(1 + a·ln(v/v_ref))·δ − a·k·z, dz/dt = (δ − z)/τ, v the speed at first contact; law 1: the rate at each instant for v, and no z",
     source: "logarithmic rate law of rubber; a 0.02 to 0.1",
     parameters: &[

@@ -21,6 +21,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &[],
     by_recording: &[],
     used_in: &[("duration_s", "course", &[0.0, 2.0]), ("servo_damping_ratio", "course", &[2.0])],
+    sized: &[],
     equation: "F = F_0·tanh((K·(s − x) + D·(ds/dt − v))/F_0)·exp(−(t/T)⁸) on the robot from first contact, D = 2ζ√(K·m_R) or 0, or until x = 0 instead of T; s = v₀·t until t_r, then brakes with a and stands",
     source: "saturating position control; up to about 150 N",
     parameters: &[

@@ -21,6 +21,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &["relative"],
     by_recording: &["relative"],
     used_in: &[],
+    sized: &[],
     equation: "v = v_said·(1 + ε·(v_0/v_said)ⁿ), v_0 = 0.25 m/s; n = 0: a part of the speed, n = 1: the same at every speed",
     source: "path-velocity error of a robot, 2 to 10 %",
     parameters: &[

@@ -19,6 +19,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &[],
     by_recording: &[],
     used_in: FORMS,
+    sized: &[],
     equation: "|F_f| ≤ F_s while sticking, (F_c + (F_s − F_c)·exp(−(v/v_s)²))·sgn(v) while sliding, F_s = ratio·F_c",
     source: "Coulomb friction with a static level; F_s/F_c 1.1 to 2",
     parameters: &[

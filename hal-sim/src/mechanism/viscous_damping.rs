@@ -21,6 +21,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_configuration: &[],
     by_recording: &[],
     used_in: &[],
+    sized: &[],
     equation: "F = F_el(δ) + c·dδ/dt",
     source: "Kelvin–Voigt; 5 to 100 N·s/m",
     parameters: &[

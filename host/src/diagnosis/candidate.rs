@@ -21,6 +21,9 @@ const STRENGTHS: usize = 3;
 /// The part of the likely values that a strength of either sign is tried with.
 const SMALL_PART: f64 = 0.003;
 
+/// Speeds that differ by this factor tell what grows with the speed from what does not.
+const DIFFERENT: f64 = 1.2;
+
 /// How far the recordings reach, each sorted upwards.
 #[derive(Clone, Debug)]
 pub struct Reach {
@@ -37,6 +40,8 @@ pub struct Reach {
     pad_n_per_m: Option<f64>,
     /// Whether a channel shows where the robot is.
     shows_position: bool,
+    /// Whether the robot came at different speeds.
+    speeds_differ: bool,
     /// Frequencies at which the residual is strong, Hz, strongest first.
     lines_hz: Vec<f64>,
     /// Runs of equal values in each recording, the longest first.
@@ -55,6 +60,7 @@ impl Reach {
             values
         };
         let peaks_n = sorted((0..problem.recordings.len()).map(|number| problem.peak_n(number)).collect());
+        let speeds = sorted(problem.recordings.iter().map(|recording| recording.speed.value.abs()).collect());
         let over = |stiffness: f64| peaks_n.iter().map(|peak| peak / stiffness).collect();
         let longest_s = |runs: &Vec<Repeat>| runs.first().map(|run| run.lasts_s);
         let repeats = repeats(problem);
@@ -68,6 +74,7 @@ impl Reach {
             peaks_n,
             body_n_per_m: rig.body_stiffness_n_per_m,
             pad_n_per_m: rig.pad_stiffness_n_per_m,
+            speeds_differ: speeds.first().zip(speeds.last()).is_some_and(|(low, high)| *high > DIFFERENT * low),
             shows_position: problem.channels.iter().any(|channel| channel.quantity == Quantity::Position),
             lines_hz,
         }
@@ -78,6 +85,7 @@ impl Reach {
         match needed {
             Needed::Pad => self.pad_n_per_m.is_some(),
             Needed::Position => self.shows_position,
+            Needed::Speeds => self.speeds_differ,
         }
     }
 
