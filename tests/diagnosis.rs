@@ -393,6 +393,42 @@ fn a_rig_that_is_not_the_stated_one_is_no_re_tuning() {
     assert!(whole.contains("The simulation leaves something out"), "{whole}");
 }
 
+/// 300 N/µm is no table, whatever swings on it: the springs' own mass does, or a plate. 10 N/µm is one.
+#[test]
+fn what_hardly_yields_is_a_name_for_something_else() {
+    let folder = TempDir::new().unwrap();
+    for (name, compliance, verdict) in [("plate", "3e-9", "unexplained"), ("table", "1e-7", "named")] {
+        let frame = format!("frame-compliance:compliance_m_per_N={compliance},mass_kg=30,mass_on_cell_kg=6");
+        let more = ["--mechanism", &frame, "--noise", "0.03", "--seed", "5"];
+        campaign(&folder, name, &[&RIG, &more[..]].concat());
+        let text = succeeds(&folder, &["diagnose", name, "--only", "frame-compliance", "--json", "-"]);
+        let answer: Value = serde_json::from_str(&text).unwrap();
+        assert_eq!((&answer["verdict"], &answer["mechanisms"][0]["id"]), (&verdict.into(), &"frame-compliance".into()));
+        assert!(answer["model"]["residual_is_white"].as_bool().unwrap(), "{name}: {answer}");
+        let because = answer["mechanisms"][0]["because"].as_str().unwrap();
+        assert_eq!(because.contains("compliance_m_per_N = "), name == "plate", "{because}");
+    }
+}
+
+/// What starting leaves behind is larger after a fast start.
+#[test]
+fn a_sway_that_grows_with_the_speed_is_told_from_one_that_does_not() {
+    let folder = TempDir::new().unwrap();
+    for with_speed in [0.0, 1.0] {
+        let sway = format!(
+            "link-oscillation:amplitude_m_per_s=0.02,frequency_Hz=7,phase_rad=0.5,phase_step_rad=1,with_speed={with_speed}"
+        );
+        let name = format!("sway{with_speed}");
+        campaign(&folder, &name, &[&RIG, &["--mechanism", &sway, "--seed", "5"][..]].concat());
+        let text = succeeds(&folder, &["diagnose", &name, "--only", "link-oscillation", "--json", "-"]);
+        let answer: Value = serde_json::from_str(&text).unwrap();
+        let named = &answer["mechanisms"][0];
+        assert_eq!((value_of(named, "with_speed"), &answer["verdict"]), (with_speed, &"named".into()), "{answer}");
+        let amplitude = value_of(named, "amplitude_m_per_s");
+        assert!((amplitude - 0.02).abs() < 0.005, "{amplitude}");
+    }
+}
+
 /// A tacky pad pulls for a few milliseconds: next to nothing beside all that the contacts show.
 #[test]
 fn what_is_odd_for_a_moment_only_is_not_passed_over() {

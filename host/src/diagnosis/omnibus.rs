@@ -8,7 +8,7 @@
 use nalgebra::DVector;
 
 use super::conditions::weights;
-use super::fit::{Fit, Normal, Tangent};
+use super::fit::{Fit, Tangent};
 use super::problem::Problem;
 
 /// Sines over the contact time.
@@ -43,16 +43,21 @@ impl Omnibus {
 /// Tests a fit: all channels together, or what is observed alone where further ones add no more than a trace.
 #[must_use]
 pub fn omnibus(problem: &Problem, fit: &Fit, tangent: &Tangent) -> Omnibus {
-    let Some(normal) = tangent.normal(0.0) else {
-        return Omnibus { excess: 0.0, forms: 0, noise_variance: 0.0 };
-    };
-    let of_first = |channels: usize| of_channels(problem, fit, tangent, &normal, channels);
-    let all = of_first(problem.channels.len());
-    if problem.channels.len() == 1 || all.excess > TRACE_BESIDE { all } else { of_first(1) }
+    let all = of_channels(problem, fit, tangent, problem.channels.len());
+    if problem.channels.len() == 1 || all.excess > TRACE_BESIDE { all } else { observed_omnibus(problem, fit, tangent) }
+}
+
+/// Tests what a fit leaves of what is observed alone.
+#[must_use]
+pub fn observed_omnibus(problem: &Problem, fit: &Fit, tangent: &Tangent) -> Omnibus {
+    of_channels(problem, fit, tangent, 1)
 }
 
 /// Tests the first channels of a fit.
-fn of_channels(problem: &Problem, fit: &Fit, tangent: &Tangent, normal: &Normal, channels: usize) -> Omnibus {
+fn of_channels(problem: &Problem, fit: &Fit, tangent: &Tangent, channels: usize) -> Omnibus {
+    let Some(normal) = tangent.normal(0.0) else {
+        return Omnibus { excess: 0.0, forms: 0, noise_variance: 0.0 };
+    };
     let forms = forms(problem, fit, channels);
     let projected: Vec<(DVector<f64>, f64)> = forms
         .iter()

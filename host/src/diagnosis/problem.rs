@@ -198,6 +198,20 @@ impl Prepared {
 }
 
 impl Problem {
+    /// The same with what is observed, and no further channels.
+    #[must_use]
+    pub fn without_further_channels(&self) -> Self {
+        let mut alone = self.clone();
+        alone.channels.truncate(1);
+        for recording in &mut alone.recordings {
+            recording.series.truncate(1);
+            recording.quiet.truncate(1);
+            recording.noise.truncate(1);
+            recording.offset_guess.truncate(1);
+        }
+        alone
+    }
+
     /// The same up to so many times the duration of the ideal contact: what comes later depends on how the robot has left, and a small
     /// error there is a large one at the next contact.
     #[must_use]

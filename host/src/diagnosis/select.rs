@@ -25,14 +25,14 @@ use super::fit::{Effort, Fit, Part, Tangent};
 use super::instants::{each_its_own, placed, several};
 use super::layout::{Entrant, Layout, Role, Scope};
 use super::locate::{Oddity, oddity};
-use super::omnibus::{Omnibus, omnibus};
+use super::omnibus::{Omnibus, observed_omnibus, omnibus};
 use super::problem::{Prepared, Problem};
 use super::refit::{Breadth, added, anew, refit, together};
 use super::screen::{Screened, screen};
 use super::spectrum::{Hum, hum};
 use super::strangers::strangers;
 use super::unfold::{touching_again, unfolded};
-use super::verdict::{IMPOSSIBLE, SIGNIFICANT, UNLIKELY, WORTH, remains};
+use super::verdict::{IMPOSSIBLE, SIGNIFICANT, UNLIKELY, WORTH, is_likely, remains};
 
 /// The first mechanism must take more off χ² than chance does in one trial of so many; thirty mechanisms are tried, from several starts
 /// each. Of 515 campaigns with traces of the usual imperfections one had a fall rarer than that, of one in 50,000, and none of 80 of another simulator; of
@@ -55,6 +55,9 @@ const FURTHER: f64 = WORTH;
 /// nothing of it had brought 4.8 % of the first's gain or more. Of 39 pairs it mended two, and gave one a wrong second name.
 const ALIKE: f64 = 50.0;
 const SOLVED: f64 = 0.002;
+/// A third one must bring this part: with three anything bends to anything. Of 170 campaigns of two other engines, with one or two effects hidden or one that
+/// is not in the list, three named a third; none was there, and none of them brought more than 4 %.
+const THIRD: f64 = 0.05;
 /// Nothing is left of a rest below this, in standard deviations.
 const NOTHING: f64 = 3.0;
 /// Rivals within this of the best in BIC cannot be told apart. A parameter more that the recordings do not show costs ln N, 9 to 11.
@@ -98,6 +101,15 @@ pub struct Standing {
     pub fewer: Vec<Option<Trial>>,
 }
 
+/// What is observed by itself, beside further channels.
+#[derive(Clone, Copy, Debug)]
+pub struct Observed {
+    /// What the chosen model leaves of it.
+    pub rest: Omnibus,
+    /// By how much χ² of it is lower than of a rig without mechanisms that has nothing else to be like.
+    pub gained: f64,
+}
+
 /// What the selection came to.
 #[derive(Debug)]
 pub struct Selection {
@@ -117,6 +129,8 @@ pub struct Selection {
     pub told_deviations: Option<DVector<f64>>,
     /// Whether it leaves a rest.
     pub rest: Omnibus,
+    /// The same of what is observed by itself, where there are further channels.
+    pub observed: Option<Observed>,
     /// What is oddest about it.
     pub oddity: Oddity,
     /// What it leaves of the mains in the quiet.
@@ -200,12 +214,22 @@ pub fn by_chance(problem: &Problem, baseline: &Fit, fit: &Fit) -> Option<f64> {
     ChiSquared::new(layout.parameters() as f64).ok().map(|by_chance| by_chance.sf(fall.max(0.0)))
 }
 
-/// By how much a fit is better than another in what is observed and in what strains the beliefs about the rig, in χ².
+/// χ² of what is observed, without further channels, and of what strains the beliefs about the rig.
+fn observed(problem: &Problem, fit: &Fit, part: Part<'_>) -> f64 {
+    part.iter().map(|number| fit.observed_cost(problem, *number)).sum::<f64>() + fit.tension(problem, part)
+}
+
+/// By how much a fit is better than another in that.
 fn shown(problem: &Problem, one: &Fit, other: &Fit, part: Part<'_>) -> f64 {
-    let of = |fit: &Fit| {
-        part.iter().map(|number| fit.observed_cost(problem, *number)).sum::<f64>() + fit.tension(problem, part)
-    };
-    of(other) - of(one)
+    observed(problem, other, part) - observed(problem, one, part)
+}
+
+/// The same χ² of a rig without mechanisms that has nothing else to be like.
+fn observed_by_itself(problem: &Problem, part: Part<'_>) -> Option<f64> {
+    let alone = problem.without_further_channels();
+    let layout = Layout::new(&alone, Vec::new());
+    let start = layout.start(&alone);
+    Fit::run(&alone, layout, start, part, Effort::FULL).map(|fit| fit.cost)
 }
 
 /// Whether the only mechanism of a model does more than chance, and is no trace that only a finer channel shows and no rest asks for.
@@ -274,12 +298,14 @@ pub fn select(
 ) -> Option<Selection> {
     let all: Vec<usize> = (0..problem.recordings.len()).collect();
     let retuned = Standing::of(problem, Trial::new(problem, baseline), &all)?;
+    let has_further = problem.channels.len() > 1;
     let mut selecting = Selecting {
         problem,
         mechanisms,
         lines_hz,
         part: &all,
         retuned,
+        observed_by_itself: has_further.then(|| observed_by_itself(problem, &all)).flatten(),
         most: MOST_MECHANISMS,
         to_beat: f64::INFINITY,
         screened: Vec::new(),
@@ -306,6 +332,8 @@ struct Selecting<'a> {
     lines_hz: &'a dyn Fn(&Fit) -> Vec<f64>,
     part: Part<'a>,
     retuned: Standing,
+    /// [`observed_by_itself`], where there are further channels.
+    observed_by_itself: Option<f64>,
     /// The most mechanisms in one model.
     most: usize,
     /// A χ² that the largest model has to come near to be of any use.
@@ -336,6 +364,10 @@ impl Selecting<'_> {
         let deviations = tangent.deviations();
         let told_deviations = tangent.deviations_without_beliefs(|global| best.fit.layout.globals[global].is_guess);
         let retuned = self.retuned.clone();
+        let observed = self.observed_by_itself.map(|by_itself| Observed {
+            rest: observed_omnibus(self.problem, &best.fit, &tangent),
+            gained: by_itself - self.missed(&best.fit),
+        });
         Selection {
             baseline: retuned.trial.fit,
             baseline_tangent: retuned.tangent,
@@ -345,6 +377,7 @@ impl Selecting<'_> {
             deviations,
             told_deviations,
             rest,
+            observed,
             oddity,
             hum,
             rivals: self.rivals.clone(),
@@ -355,6 +388,16 @@ impl Selecting<'_> {
     /// By how much a model lowers χ².
     fn gained(&self, trial: &Trial) -> f64 {
         (self.retuned.trial.fit.cost - trial.fit.cost).max(0.0)
+    }
+
+    /// What a model misses of what is observed, and strains to: its χ², where there are no further channels.
+    fn missed(&self, fit: &Fit) -> f64 {
+        if self.observed_by_itself.is_some() { observed(self.problem, fit, self.part) } else { fit.cost }
+    }
+
+    /// The same of the rig without mechanisms, which is like what is observed and nothing else.
+    fn missed_without(&self) -> f64 {
+        self.observed_by_itself.unwrap_or(self.retuned.trial.fit.cost)
     }
 
     /// By how much χ² is lower for mechanisms whose equations no rig is quite like: what their errors leave is in proportion to it.
@@ -431,11 +474,11 @@ impl Selecting<'_> {
         if from.mechanisms() < 2 {
             return Some(from);
         }
-        let lowest = self.firsts.iter().map(|first| first.fit.cost).fold(f64::INFINITY, f64::min);
-        let reach = WITHIN_REACH.max(NEARLY * (self.retuned.trial.fit.cost - lowest));
+        let lowest = self.firsts.iter().map(|first| self.missed(&first.fit)).fold(f64::INFINITY, f64::min);
+        let reach = WITHIN_REACH.max(NEARLY * (self.missed_without() - lowest));
         let is_new = |first: &&Trial| {
             let added = added(&first.fit);
-            first.fit.cost - lowest < reach
+            self.missed(&first.fit) - lowest < reach
                 && !added.is_loose()
                 && from.entrants().iter().all(|entrant| entrant.effect.mechanism().id != added.effect.mechanism().id)
         };
@@ -586,7 +629,8 @@ impl Selecting<'_> {
             // A further one has to be worth something beside what is explained already: no rig is quite like its equations.
             let asks = number == 0 || here.asks();
             let least = if asks { ENOUGH } else { UNASKED };
-            let enough = least + FURTHER * self.approximated(&here);
+            let part = if number < 2 { FURTHER } else { THIRD };
+            let enough = least + part * self.approximated(&here);
             // Where little is left a tangent is to be believed, unless it promises more than there is.
             let left = here.trial.fit.cost - LEAST_NOISE * self.problem.rows() as f64;
             let hopeless = (HOPELESS * enough).min(ALIKE);
@@ -605,8 +649,8 @@ impl Selecting<'_> {
                 0 => is_no_chance(self.problem, &here, trial, self.part),
                 _ => {
                     here.trial.bic - trial.bic >= enough
-                        || self.is_seen(&here.trial, trial, least, FURTHER)
-                        || self.solves(&here, trial)
+                        || self.is_seen(&here.trial, trial, least, part)
+                        || (number < 2 && self.solves(&here, trial))
                 }
             };
             let worthy = trials.iter().filter(is_enough);
@@ -694,10 +738,8 @@ impl Selecting<'_> {
         };
         let is_steady = |trial: &Trial| !added(&trial.fit).is_loose() && trial.coincidences.is_empty();
         let as_many = |trial: &Trial| trial.fit.layout.entrants.len() == from.mechanisms();
-        let better = self
-            .rivals
-            .iter()
-            .filter(|(_, trial)| as_many(trial) && is_steady(trial) && misses(trial) < misses(&from.trial));
+        let is_better = |trial: &Trial| misses(trial) < misses(&from.trial) && is_likely(&trial.fit);
+        let better = self.rivals.iter().filter(|(_, trial)| as_many(trial) && is_steady(trial) && is_better(trial));
         let best = better.min_by(|a, b| misses(&a.1).total_cmp(&misses(&b.1)));
         let Some((place, trial)) = best.cloned() else { return Some(from) };
         self.exchange(from, place, trial)
@@ -826,21 +868,26 @@ impl Selecting<'_> {
     }
 
     /// Whether what is observed alone, beside further channels, shows that a larger model is worth it: this much and this part of what the smaller one
-    /// has gained there. A gauge of 10 µm beside a long free flight gains a hundred times as much as the force does, and 2 % of that is all.
+    /// has gained there. A gauge of 10 µm beside a long free flight gains a hundred times as much as the force does, and 2 % of that is all; what is
+    /// observed gains hundreds of times as much, too, since a rig without mechanisms gives it up for the gauge's sake.
     fn is_seen(&self, smaller: &Trial, larger: &Trial, least: f64, part: f64) -> bool {
-        let shows = |one: &Fit, other: &Fit| shown(self.problem, one, other, self.part);
-        self.problem.channels.len() > 1
+        let gained = (self.missed_without() - self.missed(&smaller.fit)).max(0.0);
+        self.observed_by_itself.is_some()
             && smaller.bic - larger.bic >= least
-            && shows(&larger.fit, &smaller.fit) >= least + part * shows(&smaller.fit, &self.retuned.trial.fit).max(0.0)
+            && self.missed(&smaller.fit) - self.missed(&larger.fit) >= least + part * gained
     }
 
     /// The model with only those of its mechanisms that are needed beside the others.
     fn needed(&self, mut here: Standing) -> Option<Standing> {
         let is_solved =
             here.entrants().iter().all(Entrant::is_alike_everywhere) && is_but_noise(here.rest, here.oddity);
-        let part = if is_solved { SOLVED } else { FURTHER };
-        let enough = ENOUGH + part * self.approximated(&here);
         while here.mechanisms() > 1 {
+            let part = match here.mechanisms() {
+                3.. => THIRD,
+                _ if is_solved => SOLVED,
+                _ => FURTHER,
+            };
+            let enough = ENOUGH + part * self.approximated(&here);
             let smaller = here.fewer.iter().flatten().min_by(|a, b| a.bic.total_cmp(&b.bic));
             match smaller {
                 Some(trial)

@@ -7,10 +7,11 @@
 //! | `ambiguous` | at least one of them is known only up to a set |
 //! | `unexplained` | something significant is left that no mechanism of the list explains, or only one in a shape that nothing has, one of several in recordings that have nothing in common, or one on a rig that is not the stated one |
 
-use thud_sim::mechanism::{Parameter, Scale};
+use thud_sim::mechanism::{Mechanism, Parameter, Scale};
 
 use super::fit::Fit;
 use super::layout::{Entrant, coordinate_of, value_of};
+use super::omnibus::Omnibus;
 use super::select::{Selection, Trial, WITHIN_REACH};
 
 /// A rest is significant from here, in standard deviations of the omnibus test.
@@ -36,6 +37,8 @@ const AS_GOOD: f64 = 4.0;
 const FAR: f64 = 0.9;
 /// And surely so where it is this many of its own deviations.
 const SURELY: f64 = 6.0;
+/// A size is known no better than what it makes a frequency with, which is only likely: so many are enough there.
+const SURELY_SIZED: f64 = 3.0;
 
 /// What is re-estimated by so many of its stated deviations is not what was stated. Of some hundred right names the farthest went
 /// 5.7 of them; of 68 models of what the list does not have five went 6 to 18.
@@ -96,12 +99,12 @@ pub struct Unlikely {
 }
 
 /// The shape of the mechanism in this place that is surely far from anything likely. Such a mechanism is a name for something else: a
-/// relaxation within a tenth of a millisecond is no rubber's. (A strength may be anything.)
+/// relaxation within a tenth of a millisecond is no rubber's, a gap of 3 µm none. (A strength that is no thing's size may be anything.)
 #[must_use]
 pub fn unlikely(selection: &Selection, place: usize) -> Option<Unlikely> {
     let deviations = selection.deviations.as_ref()?;
     shapes(&selection.best.fit, place)
-        .filter(|shape| shape.beyond > FAR && shape.beyond > SURELY * deviations[shape.global] / shape.width)
+        .filter(|shape| shape.beyond > FAR && shape.beyond > shape.surely * deviations[shape.global] / shape.width)
         .max_by(|a, b| a.beyond.total_cmp(&b.beyond))
         .map(|shape| Unlikely {
             name: shape.parameter.name,
@@ -109,6 +112,12 @@ pub fn unlikely(selection: &Selection, place: usize) -> Option<Unlikely> {
             value: value_of(shape.parameter, selection.best.fit.point.globals[shape.global]),
             likely: shape.parameter.plausible,
         })
+}
+
+/// Whether no shape of a fit's mechanisms is far from anything likely.
+#[must_use]
+pub fn is_likely(fit: &Fit) -> bool {
+    (0..fit.layout.entrants.len()).flat_map(|place| shapes(fit, place)).all(|shape| shape.beyond <= FAR)
 }
 
 /// A parameter that shapes a mechanism.
@@ -120,11 +129,13 @@ struct Shape {
     width: f64,
     /// How far it is beyond what is likely.
     beyond: f64,
+    /// From how many of its own deviations on it surely is.
+    surely: f64,
 }
 
 /// The shapes of the mechanism in one place of a fit.
 fn shapes(fit: &Fit, place: usize) -> impl Iterator<Item = Shape> {
-    let parameters = fit.layout.entrants[place].effect.mechanism().parameters;
+    let Mechanism { parameters, sized, .. } = fit.layout.entrants[place].effect.mechanism();
     fit.layout.globals.iter().zip(&fit.point.globals).enumerate().filter_map(move |(global, (coordinate, here))| {
         let number = coordinate.role.place().filter(|_| coordinate.role.entrant() == Some(place))?;
         let parameter = &parameters[number];
@@ -132,9 +143,15 @@ fn shapes(fit: &Fit, place: usize) -> impl Iterator<Item = Shape> {
         let (from, to) = (coordinate_of(parameter, low), coordinate_of(parameter, high));
         let width = if parameter.scale == Scale::Logarithmic { 1.0 } else { to - from };
         // What may be nothing at all, as a loss may, cannot be too little.
-        let too_little = if parameter.range.0 == 0.0 { f64::NEG_INFINITY } else { from - here };
-        let beyond = too_little.max(here - to) / width;
-        parameter.null.is_none().then_some(Shape { parameter, global, width, beyond })
+        let is_sized = sized.contains(&parameter.name);
+        let (beyond, surely) = if is_sized {
+            (from - here, SURELY_SIZED)
+        } else {
+            let too_little = if parameter.range.0 == 0.0 { f64::NEG_INFINITY } else { from - here };
+            (too_little.max(here - to), SURELY)
+        };
+        let is_shape = is_sized || parameter.null.is_none();
+        is_shape.then_some(Shape { parameter, global, width, beyond: beyond / width, surely })
     })
 }
 
@@ -147,8 +164,9 @@ pub fn remains(selection: &Selection) -> bool {
 /// Whether nothing is left beside the chosen model that is worth a word, whatever its names are worth.
 #[must_use]
 pub fn leaves_nothing(selection: &Selection) -> bool {
-    let (left, gained) = (left(selection), gained(selection));
-    left == 0.0 || !is_worth_a_word(selection, left / (left + gained))
+    balances(selection)
+        .iter()
+        .all(|Balance { left, gained }| *left == 0.0 || !is_worth_a_word(selection, left / (left + gained)))
 }
 
 /// The equations of each mechanism have their own error.
@@ -165,39 +183,45 @@ pub fn is_of_another_rig(selection: &Selection) -> bool {
         && !(0..best.layout.entrants.len()).any(|place| within_reach(selection, place).any(possible))
 }
 
-/// What is left, as far as it is significant: the excess of the rest, of its oddest place or of the mains in the quiet.
-fn left(selection: &Selection) -> f64 {
-    let together = if selection.rest.z() > SIGNIFICANT { selection.rest.excess } else { 0.0 };
-    let odd = if selection.oddity.p_value < UNLIKELY { selection.oddity.excess } else { 0.0 };
-    let hum = if selection.hum.is_there() { selection.hum.excess } else { 0.0 };
-    together.max(odd).max(hum)
+/// What is left, as far as it is significant (the excess of the rest, of its oddest place or of the mains in the quiet), and what the mechanisms have
+/// taken off χ².
+struct Balance {
+    left: f64,
+    gained: f64,
 }
 
-/// What the mechanisms have taken off χ².
-fn gained(selection: &Selection) -> f64 {
-    (selection.baseline.cost - selection.best.fit.cost).max(0.0)
+/// Of all channels together; beside further ones, of what is observed alone, too. (A gauge of 10 µm beside a long free flight is told something by the
+/// smallest step of the speed, and a fiftieth of that hides whatever the force shows.)
+fn balances(selection: &Selection) -> Vec<Balance> {
+    let odd = if selection.oddity.p_value < UNLIKELY { selection.oddity.excess } else { 0.0 };
+    let hum = if selection.hum.is_there() { selection.hum.excess } else { 0.0 };
+    let balance = |rest: &Omnibus, gained: f64| {
+        let together = if rest.z() > SIGNIFICANT { rest.excess } else { 0.0 };
+        Balance { left: together.max(odd).max(hum), gained: gained.max(0.0) }
+    };
+    let all = balance(&selection.rest, selection.baseline.cost - selection.best.fit.cost);
+    let observed = selection.observed.as_ref().map(|observed| balance(&observed.rest, observed.gained));
+    std::iter::once(all).chain(observed).collect()
 }
 
 /// The part of what the baseline leaves that is still left, as far as it is significant; and what mechanisms of unlikely shape, or on another
 /// rig than the stated one, have taken off.
 #[must_use]
 pub fn rest_share(selection: &Selection) -> f64 {
-    let (left, gained) = (left(selection), gained(selection));
     // One in whose place a likelier one may be is known up to a set, not wrong.
     let likelier = |place: usize| {
         let mut rivals = within_reach(selection, place);
-        rivals.any(|(_, trial)| {
-            let places = 0..trial.fit.layout.entrants.len();
-            trial.coincidences.is_empty()
-                && places.flat_map(|place| shapes(&trial.fit, place)).all(|shape| shape.beyond <= FAR)
-        })
+        rivals.any(|(_, trial)| trial.coincidences.is_empty() && is_likely(&trial.fit))
     };
     let elsewhere = is_of_another_rig(selection);
     let misnamed = |place: &usize| elsewhere || is_doubtful(selection, *place) && !likelier(*place);
-    let of_place = |place: usize| selection.worth.get(place).map_or(gained, |worth| worth.clamp(0.0, gained));
-    let places = 0..selection.best.fit.layout.entrants.len();
-    let unnamed = left + places.filter(misnamed).map(of_place).sum::<f64>().min(gained);
-    if unnamed == 0.0 { 0.0 } else { unnamed / (left + gained) }
+    let misnamed: Vec<usize> = (0..selection.best.fit.layout.entrants.len()).filter(misnamed).collect();
+    let share = |Balance { left, gained }: Balance| {
+        let of_place = |place: &usize| selection.worth.get(*place).map_or(gained, |worth| worth.clamp(0.0, gained));
+        let unnamed = left + misnamed.iter().map(of_place).sum::<f64>().min(gained);
+        if unnamed == 0.0 { 0.0 } else { unnamed / (left + gained) }
+    };
+    balances(selection).into_iter().map(share).fold(0.0, f64::max)
 }
 
 /// Whether the mechanism in this place is rather something that looks like it: its shape is unlikely, its choice of recordings or that of an event in each.
@@ -231,7 +255,9 @@ pub fn twins(selection: &Selection, place: usize) -> Vec<(&'static str, f64)> {
 
 /// Models with another mechanism in this place that are as good, and which it is.
 fn within_reach(selection: &Selection, place: usize) -> impl Iterator<Item = (&'static str, &Trial)> {
-    let reach = WITHIN_REACH.max(LIKENESS * selection.worth.get(place).copied().unwrap_or(0.0));
+    let observed = selection.observed.as_ref().map_or(f64::INFINITY, |observed| observed.gained.max(0.0));
+    let worth = selection.worth.get(place).map_or(0.0, |worth| worth.min(observed));
+    let reach = WITHIN_REACH.max(LIKENESS * worth);
     let Trial { fit: best, bic, .. } = &selection.best;
     let chosen = &best.layout.entrants;
     let mechanism = |entrant: &Entrant| entrant.effect.mechanism();
