@@ -393,6 +393,36 @@ fn a_rig_that_is_not_the_stated_one_is_no_re_tuning() {
     assert!(whole.contains("The simulation leaves something out"), "{whole}");
 }
 
+/// A detent that the force shows, 1.4 times its noise, beside a dashpot of which a gauge of 1 µm is told a hundred times as much: less than a fiftieth
+/// of everything is a rest of the force all the same.
+#[test]
+fn what_the_force_shows_is_a_rest_whatever_a_gauge_gains() {
+    let folder = TempDir::new().unwrap();
+    let more = ["--displacement", "1e-6", "--mechanism", "viscous-damping:damping_Ns_per_m=30,across=2", "--seed", "5"];
+    campaign(&folder, "gauge", &[&RIG, &more[..]].concat());
+    let detent = |force_n: f64| (std::f64::consts::TAU * force_n / 25e3 / 0.8e-3).sin();
+    for file in recordings(&folder, "gauge") {
+        let text = std::fs::read_to_string(&file).unwrap();
+        let (header, rows) = text.split_once('\n').unwrap();
+        let changed = |row: &str| {
+            let [time, force, displacement] = row.split(',').collect::<Vec<_>>()[..] else { panic!("{row}") };
+            let force_n: f64 = force.parse().unwrap();
+            let force_n = if force_n > 3.0 { force_n + detent(force_n) } else { force_n };
+            format!("{time},{force_n},{displacement}\n")
+        };
+        let rows: String = rows.lines().map(changed).collect();
+        std::fs::write(&file, format!("{header}\n{rows}")).unwrap();
+    }
+    let text = succeeds(&folder, &["diagnose", "gauge", "--only", "viscous-damping", "--json", "-"]);
+    let answer: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(
+        (&answer["verdict"], &answer["mechanisms"][0]["id"]),
+        (&"unexplained".into(), &"viscous-damping".into())
+    );
+    assert!(number(&answer["unexplained"], "share") > 0.2, "{answer}");
+    assert!(answer["unexplained"]["form"].as_str().unwrap().contains("sin(2πx/"), "{answer}");
+}
+
 /// 300 N/µm is no table, whatever swings on it: the springs' own mass does, or a plate. 10 N/µm is one.
 #[test]
 fn what_hardly_yields_is_a_name_for_something_else() {
