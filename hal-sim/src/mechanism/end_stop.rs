@@ -1,9 +1,8 @@
 //! The springs go solid: beyond a stroke the coils, or the ends of the guide, bear a second, stiffer spring.
 //!
-//! F = k·x + κ·k·⟨x − x_b⟩·(1 + 3/2·α·ẋ), ⟨·⟩ the positive part, x the stroke of the body springs. It only pushes.
+//! F = k·x + κ·k·⟨x − x_b⟩, ⟨·⟩ the positive part, x the stroke of the body springs.
 //!
-//! Source: common practice for coil bind (DIN EN 13906-1 keeps a reserve before the solid length); what a stop loses as K. H. Hunt and
-//! F. R. E. Crossley, J. Appl. Mech. 42 (1975) 440 have it: nothing at its first touch, so that the force does not jump.
+//! Source: common practice for coil bind (DIN EN 13906-1 keeps a reserve before the solid length).
 
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Deformation, ForceLaw, Response};
@@ -18,7 +17,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_recording: &[],
     used_in: &[],
     sized: &["stiffness_ratio"],
-    equation: "F = k·x + ratio·k·max(x − x_b, 0)·max(1 + 3/2·α·dx/dt, 0), x the stroke of the body springs",
+    equation: "F = k·x + ratio·k·max(x − x_b, 0), x the stroke of the body springs",
     source: "piecewise linear stop; 10 to 100 times the springs' stiffness at 8 to 25 mm",
     parameters: &[
         Parameter {
@@ -43,17 +42,6 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Logarithmic,
             search: Search::OfStroke,
         },
-        Parameter {
-            name: "alpha_s_per_m",
-            unit: "s/m",
-            meaning: "loss α of the stop: a ball bounces from it at 1 − α·v of its speed v",
-            null: None,
-            range: (0.0, 5.0),
-            plausible: (0.02, 1.0),
-            typical: 0.05,
-            scale: Scale::Logarithmic,
-            search: Search::Typical,
-        },
     ],
     signature: "a kink at one stroke, in the recordings of highest energy only; a steep, short top",
     confused_with: &["hardening", "clipping"],
@@ -62,15 +50,13 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    let [stiffness_ratio, stroke_m, alpha_s_per_m] = [0, 1, 2].map(|place| effect.value(place));
-    assembly.spring.laws.push(Box::new(Stop { stiffness_ratio, stroke_m, alpha_s_per_m }));
+    assembly.spring.laws.push(Box::new(Stop { stiffness_ratio: effect.value(0), stroke_m: effect.value(1) }));
 }
 
 #[derive(Debug)]
 struct Stop {
     stiffness_ratio: f64,
     stroke_m: f64,
-    alpha_s_per_m: f64,
 }
 
 impl ForceLaw for Stop {
@@ -78,27 +64,16 @@ impl ForceLaw for Stop {
         if !deformation.beyond_knot {
             return Response::default();
         }
-        let elastic_n_per_m = self.stiffness_ratio * deformation.linear_n_per_m;
-        let elastic_n = elastic_n_per_m * (deformation.depth_m - self.stroke_m);
-        let loss_s_per_m = 1.5 * self.alpha_s_per_m;
-        let part = 1.0 + loss_s_per_m * deformation.rate_m_per_s;
-        if part <= 0.0 {
-            return Response::default();
-        }
+        let stiffness_n_per_m = self.stiffness_ratio * deformation.linear_n_per_m;
         Response {
-            force_n: elastic_n * part,
-            stiffness_n_per_m: elastic_n_per_m * part,
-            damping_ns_per_m: elastic_n * loss_s_per_m,
+            force_n: stiffness_n_per_m * (deformation.depth_m - self.stroke_m),
+            stiffness_n_per_m,
             ..Response::default()
         }
     }
 
-    fn depends_on_rate(&self) -> bool {
-        self.alpha_s_per_m > 0.0
-    }
-
     fn is_linear(&self) -> bool {
-        self.alpha_s_per_m == 0.0
+        true
     }
 
     fn knot_m(&self) -> Option<f64> {

@@ -6,6 +6,7 @@
 //!                                                  ─▶ where that still leaves something: each of it together with what it is confused with
 //!                                                  ─▶ all of it once more without what bends to each recording; the better one
 //!                                                  ─▶ of several: what each is confused with in its place, all else as it is
+//!                                                  ─▶ a third that brings little is dropped
 //!                                                  ─▶ of what stands for each other, first what foretells best
 //! ```
 //!
@@ -320,6 +321,7 @@ pub fn select(
     let here = selecting.steadied(here, progress)?;
     let here = selecting.substituted(here, progress)?;
     let here = selecting.stripped(here)?;
+    let here = selecting.without_a_third(here)?;
     selecting.meet_kin(&here);
     let here = selecting.foretelling(here)?;
     Some(selecting.selection(here))
@@ -466,6 +468,17 @@ impl Selecting<'_> {
             self.find_all_rivals(&needed);
         }
         Some(needed)
+    }
+
+    /// The two that a third stands beside, where that brings little: to the end it has kept others from bending to what two leave.
+    fn without_a_third(&mut self, from: Standing) -> Option<Standing> {
+        let lightest = from.fewer.iter().flatten().min_by(|a, b| a.bic.total_cmp(&b.bic)).cloned();
+        let enough = ENOUGH + THIRD * self.approximated(&from);
+        let two = lightest.filter(|two| from.mechanisms() > 2 && two.bic < from.trial.bic + enough);
+        let Some(two) = two else { return Some(from) };
+        let here = Standing::of(self.problem, two, self.part)?;
+        self.find_all_rivals(&here);
+        Some(here)
     }
 
     /// Where more than one is named, the second is sought beside each of those as well that came nearest to the first: of two that are hidden each may be
@@ -629,8 +642,7 @@ impl Selecting<'_> {
             // A further one has to be worth something beside what is explained already: no rig is quite like its equations.
             let asks = number == 0 || here.asks();
             let least = if asks { ENOUGH } else { UNASKED };
-            let part = if number < 2 { FURTHER } else { THIRD };
-            let enough = least + part * self.approximated(&here);
+            let enough = least + FURTHER * self.approximated(&here);
             // Where little is left a tangent is to be believed, unless it promises more than there is.
             let left = here.trial.fit.cost - LEAST_NOISE * self.problem.rows() as f64;
             let hopeless = (HOPELESS * enough).min(ALIKE);
@@ -649,8 +661,8 @@ impl Selecting<'_> {
                 0 => is_no_chance(self.problem, &here, trial, self.part),
                 _ => {
                     here.trial.bic - trial.bic >= enough
-                        || self.is_seen(&here.trial, trial, least, part)
-                        || (number < 2 && self.solves(&here, trial))
+                        || self.is_seen(&here.trial, trial, least, FURTHER)
+                        || self.solves(&here, trial)
                 }
             };
             let worthy = trials.iter().filter(is_enough);
@@ -881,13 +893,9 @@ impl Selecting<'_> {
     fn needed(&self, mut here: Standing) -> Option<Standing> {
         let is_solved =
             here.entrants().iter().all(Entrant::is_alike_everywhere) && is_but_noise(here.rest, here.oddity);
+        let part = if is_solved { SOLVED } else { FURTHER };
+        let enough = ENOUGH + part * self.approximated(&here);
         while here.mechanisms() > 1 {
-            let part = match here.mechanisms() {
-                3.. => THIRD,
-                _ if is_solved => SOLVED,
-                _ => FURTHER,
-            };
-            let enough = ENOUGH + part * self.approximated(&here);
             let smaller = here.fewer.iter().flatten().min_by(|a, b| a.bic.total_cmp(&b.bic));
             match smaller {
                 Some(trial)
