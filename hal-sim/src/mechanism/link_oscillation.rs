@@ -95,7 +95,7 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
     let with_speed = effect.form(6) == 1;
     let times = if with_speed { assembly.approach.speed_m_per_s / Approach::REDUCED_SPEED_M_PER_S } else { 1.0 };
     assembly.sway = Some(Sway {
-        link_fraction: if effect.value(4) > 0.5 { effect.value(5) } else { 0.0 },
+        link_fraction: if effect.form(4) == 1 { effect.value(5) } else { 0.0 },
         amplitude_m_per_s: effect.value(0) * times,
         pulsation_per_s: TAU * effect.value(1),
         phase_rad: effect.value(2) + f64::from(assembly.approach.order) * effect.value(3),

@@ -281,6 +281,11 @@ impl Standing {
         self.rest.z() > SIGNIFICANT || self.oddity.p_value < UNLIKELY || self.hum.is_there()
     }
 
+    /// The best model with one mechanism fewer.
+    fn smaller(&self) -> Option<&Trial> {
+        self.fewer.iter().flatten().min_by(|a, b| a.bic.total_cmp(&b.bic))
+    }
+
     /// By how much χ² grows without each of its mechanisms.
     fn worth(&self) -> Vec<f64> {
         let cost = self.trial.fit.cost;
@@ -472,11 +477,10 @@ impl Selecting<'_> {
 
     /// The two that a third stands beside, where that brings little: to the end it has kept others from bending to what two leave.
     fn without_a_third(&mut self, from: Standing) -> Option<Standing> {
-        let lightest = from.fewer.iter().flatten().min_by(|a, b| a.bic.total_cmp(&b.bic)).cloned();
         let enough = ENOUGH + THIRD * self.approximated(&from);
-        let two = lightest.filter(|two| from.mechanisms() > 2 && two.bic < from.trial.bic + enough);
+        let two = from.smaller().filter(|two| from.mechanisms() > 2 && two.bic < from.trial.bic + enough);
         let Some(two) = two else { return Some(from) };
-        let here = Standing::of(self.problem, two, self.part)?;
+        let here = Standing::of(self.problem, two.clone(), self.part)?;
         self.find_all_rivals(&here);
         Some(here)
     }
@@ -896,8 +900,7 @@ impl Selecting<'_> {
         let part = if is_solved { SOLVED } else { FURTHER };
         let enough = ENOUGH + part * self.approximated(&here);
         while here.mechanisms() > 1 {
-            let smaller = here.fewer.iter().flatten().min_by(|a, b| a.bic.total_cmp(&b.bic));
-            match smaller {
+            match here.smaller() {
                 Some(trial)
                     if trial.bic < here.trial.bic + enough && !self.is_seen(trial, &here.trial, ENOUGH, part) =>
                 {
