@@ -63,6 +63,9 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
     }));
 }
 
+/// e⁻³⁷ is less than half of the last digit of 1.
+const ROUNDED: f64 = 37.0;
+
 #[derive(Debug)]
 struct Rails {
     limit_n: f64,
@@ -81,8 +84,9 @@ impl Stage for Rails {
         }
         for signal in signal_n {
             let over = (signal.abs() - self.limit_n) / self.knee_n;
-            // ln(1 + e^x) without an overflow.
-            let cut_n = self.knee_n * (over.max(0.0) + (-over.abs()).exp().ln_1p());
+            // ln(1 + e^x) without an overflow; where its second part is lost in rounding, underflow takes long.
+            let soft = if over.abs() < ROUNDED { (-over.abs()).exp().ln_1p() } else { 0.0 };
+            let cut_n = self.knee_n * (over.max(0.0) + soft);
             *signal = signal.signum() * (signal.abs() - cut_n).max(0.0);
         }
     }

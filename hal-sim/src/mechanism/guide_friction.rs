@@ -215,10 +215,13 @@ mod tests {
     fn short_bristles_stick() {
         let bare = Rig::impact(25e3);
         let padded = Rig::impact(25e3).with_pad(80e3);
-        let cases: [(&Rig, &[&str]); 5] = [
+        let cases: [(&Rig, &[&str]); 8] = [
             (&bare, &[]),
             (&padded, &[]),
             (&padded, &["viscous-damping:damping_Ns_per_m=5"]),
+            (&bare, &["viscous-damping:damping_Ns_per_m=20"]),
+            (&bare, &["air-damping:drag_Ns2_per_m2=20"]),
+            (&padded, &["air-damping:drag_Ns2_per_m2=5"]),
             (&padded, &["load-dependent-friction:coefficient=0.05"]),
             (&padded, &["moving-piece-inertia:mass_kg=0.1,pad_damping_ratio=0.05"]),
         ];
@@ -237,6 +240,23 @@ mod tests {
                 for time_s in [0.01, 0.02, 0.03, 0.04, 0.1] {
                     near("force", bent.force_n(time_s), rigid.force_n(time_s), 0.3);
                 }
+            }
+        }
+    }
+
+    /// What a moving dashpot or the air has carried beside the friction, the springs do not: they go on until friction holds all of their force. The
+    /// cell, which feels springs and drag, sees no step.
+    #[test]
+    fn a_drag_does_not_hold_what_friction_lets_go() {
+        let damped = ["viscous-damping:damping_Ns_per_m=20", "air-damping:drag_Ns2_per_m2=80"];
+        for drag in damped {
+            for guide in ["0", "1,presliding_m=1e-6,creep_m_per_s=1e-6"] {
+                let friction = format!("guide-friction:force_N=3,cell_share=0,rest_share=1,guide={guide}");
+                let impact = strike(Rig::impact(25e3), 0.25, 6.0, &[&friction, drag]);
+                let end_s = impact.truth().contacts[0].end_s.unwrap();
+                let [before, after, later] = [-1e-7, 1e-7, 0.1].map(|since_s| impact.force_n(end_s + since_s));
+                near("step", after, before, 2e-3);
+                near("rest", later, 3.0, 0.02);
             }
         }
     }

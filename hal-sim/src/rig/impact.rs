@@ -177,6 +177,18 @@ impl Motion {
             .collect()
     }
 
+    /// Reads a quantity that is in the states, without the forces there. `false`: it is not.
+    fn read_state(&self, quantity: Quantity, stretch: usize, times_s: &[f64], values: &mut [f64]) -> bool {
+        let Some((state, less)) = self.system.state_of(quantity) else { return false };
+        self.trajectory.column(stretch, state, times_s, values);
+        if let Some(less) = less {
+            let mut lesser = vec![0.0; times_s.len()];
+            self.trajectory.column(stretch, less, times_s, &mut lesser);
+            values.iter_mut().zip(lesser).for_each(|(value, less)| *value -= less);
+        }
+        true
+    }
+
     /// What stroke is left at an instant of springs that come back by themselves, m, and what the cell bears of it, N.
     fn returning(&self, time_s: f64) -> (f64, f64) {
         let of = |way: &Return| {
@@ -311,7 +323,7 @@ impl Impact {
                 if self.motion.lingers() {
                     here.iter_mut().zip(here_s).for_each(|(value, time_s)| *value += self.motion.lingering_n(*time_s));
                 }
-            } else {
+            } else if !self.motion.read_state(quantity, stretch, here_s, here) {
                 here.iter_mut()
                     .zip(here_s)
                     .for_each(|(value, time_s)| *value = self.inside(quantity, stretch, *time_s));
@@ -460,20 +472,17 @@ impl Impact {
             self.motion.trajectory.cell_n(stretch, &[time_s.min(self.motion.until_s)], &mut cell_n);
             return cell_n[0] + self.motion.lingering_n(time_s);
         }
-        if quantity == Quantity::Position {
-            // Of the state alone, without the forces there.
-            let mut state = [0.0; MOST_STATES];
-            self.motion.trajectory.state(stretch, time_s.min(self.motion.until_s), &mut state);
-            return self.motion.system.gauged_m(&state);
+        let mut read = [0.0];
+        if self.motion.read_state(quantity, stretch, &[time_s.min(self.motion.until_s)], &mut read) {
+            return read[0];
         }
         let instant = self.instant(stretch, time_s);
         match quantity {
-            Quantity::CellForce | Quantity::Position => unreachable!("read above"),
+            Quantity::CellForce | Quantity::Position | Quantity::Velocity => unreachable!("read above"),
             Quantity::ContactForce => instant.contact_n - self.motion.neck_n(time_s),
             Quantity::Stroke => instant.piece_m + self.motion.returning(time_s).0,
             Quantity::Depth if self.motion.trajectory.stretches()[stretch].mode.touching => instant.over_m,
             Quantity::Depth => instant.piece_m + self.motion.returning(time_s).0,
-            Quantity::Velocity => instant.tip_m_per_s,
             Quantity::Acceleration => instant.tip_m_per_s2,
             Quantity::Friction => instant.friction_n,
         }

@@ -96,13 +96,18 @@ impl Trajectory {
 
     /// The force at the cell, N, at instants of a stretch.
     pub(super) fn cell_n(&self, stretch: usize, times_s: &[f64], values: &mut [f64]) {
+        self.column(stretch, self.columns - 1, times_s, values);
+    }
+
+    /// One of the states at instants of a stretch, or the force at the cell behind them.
+    pub(super) fn column(&self, stretch: usize, column: usize, times_s: &[f64], values: &mut [f64]) {
         let stretch = &self.stretches[stretch];
         let table = &self.differences[stretch.first..stretch.first + stretch.nodes * self.columns];
         let last = stretch.nodes - 1;
         let mut differences = [0.0; MOST_NODES];
         let mut places = [0.0; MOST_NODES];
         for (node, row) in table.chunks_exact(self.columns).enumerate() {
-            differences[node] = row[self.columns - 1];
+            differences[node] = row[column];
             places[node] = node as f64 / last as f64;
         }
         if differences[1..].iter().all(|difference| *difference == 0.0) {
