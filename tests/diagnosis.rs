@@ -459,6 +459,21 @@ fn a_sway_that_grows_with_the_speed_is_told_from_one_that_does_not() {
     }
 }
 
+/// A stop that loses energy is, without its loss, many times as stiff, and comes sooner; what that leaves is little beside what it explains.
+#[test]
+fn a_stop_may_lose_energy() {
+    let folder = TempDir::new().unwrap();
+    let stop = "end-stop:stroke_m=0.0025,stiffness_ratio=15,loses=1,alpha_s_per_m=1";
+    let more = ["--repeats", "2", "--mechanism", stop, "--seed", "5"];
+    campaign(&folder, "stop", &[&RIG, &more[..]].concat());
+    let text = succeeds(&folder, &["diagnose", "stop", "--only", "end-stop", "--json", "-"]);
+    let answer: Value = serde_json::from_str(&text).unwrap();
+    let named = &answer["mechanisms"][0];
+    let [ratio, alpha, loses] = ["stiffness_ratio", "alpha_s_per_m", "loses"].map(|name| value_of(named, name));
+    assert_eq!((loses, &answer["verdict"]), (1.0, &"named".into()), "{answer}");
+    assert!((10.0..25.0).contains(&ratio) && (0.5..2.0).contains(&alpha), "{ratio} {alpha}");
+}
+
 /// A tacky pad pulls for a few milliseconds: next to nothing beside all that the contacts show.
 #[test]
 fn what_is_odd_for_a_moment_only_is_not_passed_over() {

@@ -208,6 +208,20 @@ fn an_end_stop_is_two_half_sines() {
     assert_near("duration", hard.end_s.unwrap(), 2.0 * to_stop + within, 1e-8);
 }
 
+/// What comes to a stop at v leaves it at v − αv²: nearly all of this contact is the stop's.
+#[test]
+fn an_end_stop_gives_back_what_its_loss_leaves() {
+    let (speed, alpha) = (0.2, 0.1);
+    let stop = format!("end-stop:stroke_m=1e-4,stiffness_ratio=1000,loses=1,alpha_s_per_m={alpha}");
+    let contact = strike(&Rig::impact(25e3), speed, 6.0, &[&stop], 0.05).truth().contacts[0];
+    assert_near(
+        "speed after",
+        -contact.speed_after_m_per_s,
+        speed - alpha * speed * speed,
+        0.05 * alpha * speed * speed,
+    );
+}
+
 /// Two bodies without loss keep energy; momentum changes by the base's impulse; the piece rings at √((k_p+k_b)/m_p).
 #[test]
 fn a_moving_piece_rings_at_its_frequency_and_loses_nothing_without_damping() {

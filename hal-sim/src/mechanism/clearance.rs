@@ -79,7 +79,7 @@ impl ForceLaw for Play {
         }
     }
 
-    fn is_linear(&self) -> bool {
+    fn is_linear(&self, _beyond_knot: bool) -> bool {
         true
     }
 

@@ -118,6 +118,23 @@ impl Effect {
             && (parameter.search != Search::Again || self.values[place] < parameter.range.1)
     }
 
+    /// The same in each form that is tried later, with what is typical of that.
+    #[must_use]
+    pub fn later_forms(&self) -> Vec<Self> {
+        let mut forms = Vec::new();
+        for (place, parameter) in self.mechanism.parameters.iter().enumerate() {
+            let Search::LaterForm(values) = parameter.search else { continue };
+            if self.values[place] == parameter.typical {
+                forms.extend(values.iter().map(|value| {
+                    let mut form = self.clone();
+                    form.values[place] = *value;
+                    form
+                }));
+            }
+        }
+        forms
+    }
+
     /// Whether both are in the same form of one mechanism, if it has several.
     #[must_use]
     pub fn has_form_of(&self, other: &Self) -> bool {

@@ -1,8 +1,10 @@
 //! The springs go solid: beyond a stroke the coils, or the ends of the guide, bear a second, stiffer spring.
 //!
-//! F = k·x + κ·k·⟨x − x_b⟩, ⟨·⟩ the positive part, x the stroke of the body springs.
+//! F = k·x + κ·k·⟨x − x_b⟩·⟨1 + 3/2·α·ẋ⟩, ⟨·⟩ the positive part, x the stroke of the body springs: a stop only pushes. What it loses, if anything, is
+//! nothing at its first touch, so that the force does not jump.
 //!
-//! Source: common practice for coil bind (DIN EN 13906-1 keeps a reserve before the solid length).
+//! Source: common practice for coil bind (DIN EN 13906-1 keeps a reserve before the solid length); its loss: K. H. Hunt, F. R. E. Crossley,
+//! J. Appl. Mech. 42 (1975) 440.
 
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Deformation, ForceLaw, Response};
@@ -15,9 +17,9 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     exact: false,
     by_configuration: &[],
     by_recording: &[],
-    used_in: &[],
+    used_in: &[("alpha_s_per_m", "loses", &[1.0])],
     sized: &["stiffness_ratio"],
-    equation: "F = k·x + ratio·k·max(x − x_b, 0), x the stroke of the body springs",
+    equation: "F = k·x + ratio·k·max(x − x_b, 0)·max(1 + 3/2·α·dx/dt, 0), x the stroke of the body springs",
     source: "piecewise linear stop; 10 to 100 times the springs' stiffness at 8 to 25 mm",
     parameters: &[
         Parameter {
@@ -42,6 +44,23 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Logarithmic,
             search: Search::OfStroke,
         },
+        Parameter {
+            name: "alpha_s_per_m",
+            unit: "s/m",
+            meaning: "loss α of the stop: a ball bounces from it at 1 − α·v of its speed v",
+            null: None,
+            range: (1e-3, 5.0),
+            plausible: (0.02, 2.0),
+            typical: 0.1,
+            scale: Scale::Logarithmic,
+            search: Search::OneOf(&[0.1, 1.0]),
+        },
+        Parameter {
+            name: "loses",
+            meaning: "0: the stop gives back all energy, 1: it loses some",
+            search: Search::LaterForm(&[1.0]),
+            ..Parameter::EITHER
+        },
     ],
     signature: "a kink at one stroke, in the recordings of highest energy only; a steep, short top",
     confused_with: &["hardening", "clipping"],
@@ -50,13 +69,19 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    assembly.spring.laws.push(Box::new(Stop { stiffness_ratio: effect.value(0), stroke_m: effect.value(1) }));
+    let alpha_s_per_m = if effect.form(3) == 0 { 0.0 } else { effect.value(2) };
+    assembly.spring.laws.push(Box::new(Stop {
+        stiffness_ratio: effect.value(0),
+        stroke_m: effect.value(1),
+        alpha_s_per_m,
+    }));
 }
 
 #[derive(Debug)]
 struct Stop {
     stiffness_ratio: f64,
     stroke_m: f64,
+    alpha_s_per_m: f64,
 }
 
 impl ForceLaw for Stop {
@@ -64,16 +89,27 @@ impl ForceLaw for Stop {
         if !deformation.beyond_knot {
             return Response::default();
         }
-        let stiffness_n_per_m = self.stiffness_ratio * deformation.linear_n_per_m;
+        let elastic_n_per_m = self.stiffness_ratio * deformation.linear_n_per_m;
+        let elastic_n = elastic_n_per_m * (deformation.depth_m - self.stroke_m);
+        let loss_s_per_m = 1.5 * self.alpha_s_per_m;
+        let part = 1.0 + loss_s_per_m * deformation.rate_m_per_s;
+        if part <= 0.0 {
+            return Response::default();
+        }
         Response {
-            force_n: stiffness_n_per_m * (deformation.depth_m - self.stroke_m),
-            stiffness_n_per_m,
+            force_n: elastic_n * part,
+            stiffness_n_per_m: elastic_n_per_m * part,
+            damping_ns_per_m: elastic_n * loss_s_per_m,
             ..Response::default()
         }
     }
 
-    fn is_linear(&self) -> bool {
-        true
+    fn depends_on_rate(&self) -> bool {
+        self.alpha_s_per_m > 0.0
+    }
+
+    fn is_linear(&self, beyond_knot: bool) -> bool {
+        !(beyond_knot && self.depends_on_rate())
     }
 
     fn knot_m(&self) -> Option<f64> {

@@ -78,7 +78,7 @@ impl ForceLaw for Branch {
         }
     }
 
-    fn is_linear(&self) -> bool {
+    fn is_linear(&self, _beyond_knot: bool) -> bool {
         true
     }
 

@@ -38,6 +38,9 @@ pub enum Search {
     Form(&'static [f64]),
     /// The same, of a campaign that has what it is about: without that some forms are like others, and there are only so many of them.
     FormWith(Needed, &'static [f64], usize),
+    /// At its typical value, and held there; at each of these where the best model with that leaves something: a form that is not worth a search of its
+    /// own, since it only adds something.
+    LaterForm(&'static [f64]),
     /// Spread over the plausible range.
     Plausible,
     /// At parts of the strokes that the springs have made.
@@ -89,7 +92,7 @@ impl Search {
     #[must_use]
     pub const fn remark(self) -> &'static str {
         match self {
-            Self::Held | Self::Whole(_) | Self::Form(_) | Self::FormWith(..) => "held, not fitted",
+            Self::Held | Self::Whole(_) | Self::Form(_) | Self::FormWith(..) | Self::LaterForm(_) => "held, not fitted",
             Self::EachImpact | Self::EachInstant | Self::Again => "each impact has its own",
             _ => "",
         }
@@ -144,7 +147,7 @@ impl Parameter {
     /// Whether it is a choice between forms of its mechanism.
     #[must_use]
     pub fn is_form(&self) -> bool {
-        matches!(self.search, Search::Form(_) | Search::FormWith(..))
+        matches!(self.search, Search::Form(_) | Search::FormWith(..) | Search::LaterForm(_))
     }
 
     /// Whether every impact has a value of its own.

@@ -248,8 +248,8 @@ pub trait ForceLaw: Debug + Send + Sync {
         false
     }
 
-    /// Whether its force and the rates of its states are linear in depth, rate and states on either side of its knot.
-    fn is_linear(&self) -> bool {
+    /// Whether its force and the rates of its states are linear in depth, rate and states on this side of its knot.
+    fn is_linear(&self, _beyond_knot: bool) -> bool {
         false
     }
 

@@ -386,8 +386,10 @@ impl System {
     /// Whether the equations of this form are linear, and no more stiff than their solution by an exponential bears.
     pub(super) fn is_linear(&self, mode: &Mode) -> bool {
         let Assembly { pad, spring, guide, sway, .. } = &self.assembly;
-        let linear = |element: &Element| element.laws.iter().all(|law| law.is_linear());
-        let pad_is_linear = pad.as_ref().is_none_or(linear);
+        let linear = |element: &Element, beyond: u32| {
+            element.laws.iter().enumerate().all(|(number, law)| law.is_linear(beyond & (1 << number) != 0))
+        };
+        let pad_is_linear = pad.as_ref().is_none_or(|pad| linear(pad, mode.beyond));
         // Branches at no load: friction that grows with a pressing force only.
         let branches = guide.load_coefficient > 0.0 && (self.form == PieceForm::Massive || self.pull_off_n > 0.0);
         let falling = guide.falls_with_speed() && matches!(mode.guiding, Guiding::Sliding(_));
@@ -395,7 +397,7 @@ impl System {
         let stiffness = spring.stiffness_n_per_m + pad.as_ref().map_or(0.0, |pad| pad.stiffness_n_per_m);
         let stiff = self.form == PieceForm::Creeping && mode.touching && stiffness > STIFFEST_PER_S * damping;
         let moving = mode.touching || self.form == PieceForm::Massive;
-        let piece_is_linear = linear(spring) && guide.air_ns2_per_m2 == 0.0;
+        let piece_is_linear = linear(spring, mode.beyond >> self.contact_laws) && guide.air_ns2_per_m2 == 0.0;
         !sway.is_some_and(Sway::is_imposed)
             && !self.is_driven(mode)
             && (!mode.touching || pad_is_linear)
@@ -836,7 +838,9 @@ impl System {
             let part = self.rubbed_part(sign, pad.force_n, instant.grip);
             let air_ns_per_m = guide.air_ns_per_m(velocity);
             let damping = part * pad.damping_ns_per_m + spring.damping_ns_per_m + air_ns_per_m;
-            let drag = *drag.get_or_insert_with(|| damping.hypot(PIECE_DRAG_NS_PER_M) - damping);
+            let drag = *drag.get_or_insert_with(|| {
+                (damping * damping + PIECE_DRAG_NS_PER_M * PIECE_DRAG_NS_PER_M).sqrt() - damping
+            });
             let air_n = guide.air_n(velocity);
             let excess_n = part * pad.force_n - spring.force_n - air_n - level - drag * (velocity - likely);
             let step = excess_n / (damping + drag);

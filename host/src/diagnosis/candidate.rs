@@ -92,19 +92,22 @@ impl Reach {
     /// The mechanism at every start of its grid, in each of its forms.
     #[must_use]
     pub fn starts(&self, mechanism: &'static Mechanism) -> Vec<Effect> {
-        let of_form = |form: Effect| {
-            let mut starts = self.on_grid(mechanism, vec![form], |parameter| !parameter.is_form());
-            while starts.len() > MOST_STARTS {
-                // By the golden section and not one in two, which would take one value of two away for good.
-                let mut place = 0.0;
-                starts.retain(|_| {
-                    place = (place + GOLDEN) % 1.0;
-                    place < 0.5
-                });
-            }
-            starts
-        };
-        self.forms(mechanism.typical()).into_iter().flat_map(of_form).collect()
+        self.forms(mechanism.typical()).into_iter().flat_map(|form| self.starts_of(form)).collect()
+    }
+
+    /// The same in the form that an effect has.
+    #[must_use]
+    pub fn starts_of(&self, form: Effect) -> Vec<Effect> {
+        let mut starts = self.on_grid(form.mechanism(), vec![form], |parameter| !parameter.is_form());
+        while starts.len() > MOST_STARTS {
+            // By the golden section and not one in two, which would take one value of two away for good.
+            let mut place = 0.0;
+            starts.retain(|_| {
+                place = (place + GOLDEN) % 1.0;
+                place < 0.5
+            });
+        }
+        starts
     }
 
     /// An effect in each of its mechanism's forms, with the values that it has.
@@ -164,7 +167,12 @@ impl Reach {
             parts.iter().map(|part| part * most).collect()
         };
         match parameter.search {
-            Search::Held | Search::EachImpact | Search::EachInstant | Search::Again | Search::Typical => Vec::new(),
+            Search::LaterForm(_)
+            | Search::Held
+            | Search::EachImpact
+            | Search::EachInstant
+            | Search::Again
+            | Search::Typical => Vec::new(),
             Search::FormWith(needed, values, without) if !self.has(needed) => values[..without].to_vec(),
             Search::FormWith(_, values, _) | Search::OneOf(values) | Search::Whole(values) | Search::Form(values) => {
                 values.to_vec()

@@ -6,6 +6,7 @@
 //!                                                  ─▶ where that still leaves something: each of it together with what it is confused with
 //!                                                  ─▶ all of it once more without what bends to each recording; the better one
 //!                                                  ─▶ of several: what each is confused with in its place, all else as it is
+//!                                                  ─▶ where that leaves something: forms that add to a mechanism
 //!                                                  ─▶ a third that brings little is dropped
 //!                                                  ─▶ of what stands for each other, first what foretells best
 //! ```
@@ -16,6 +17,7 @@
 //! for everywhere is none of Wilks's; what has values of its own for each impact is judged by BIC there, too.
 
 use nalgebra::DVector;
+use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF as _};
 use statrs::function::factorial::ln_binomial;
 use thud_sim::mechanism::{Effect, Mechanism, Search};
@@ -65,6 +67,8 @@ const NOTHING: f64 = 3.0;
 pub const WITHIN_REACH: f64 = 12.0;
 /// A baseline that is this much worse than it could be has not converged.
 const UNCONVERGED: f64 = 1.0;
+/// A form that is tried later is fitted from so many starts.
+const BEGUN: usize = 2;
 /// How often a model grows and its mechanisms are exchanged for better ones.
 const ROUNDS: usize = 2;
 /// What explains all but this part of what the first does may be the right one of two.
@@ -325,6 +329,7 @@ pub fn select(
     let here = selecting.paired(here, progress)?;
     let here = selecting.steadied(here, progress)?;
     let here = selecting.substituted(here, progress)?;
+    let here = selecting.in_later_form(here)?;
     let here = selecting.stripped(here)?;
     let here = selecting.without_a_third(here)?;
     selecting.meet_kin(&here);
@@ -729,6 +734,42 @@ impl Selecting<'_> {
             here = self.exchange(here, place, trial)?;
         }
         Some(here)
+    }
+
+    /// Where more than noise is left, the model with a mechanism in a form that adds to what it has, if that is better by what a further mechanism has to be. Such a
+    /// form is not worth a search of its own: without it the mechanism leads as well.
+    fn in_later_form(&mut self, from: Standing) -> Option<Standing> {
+        if !from.asks() {
+            return Some(from);
+        }
+        let Fit { layout, point, .. } = &from.trial.fit;
+        let reach = Reach::of(self.problem, Vec::new());
+        let begun = |(place, form): (usize, Effect)| {
+            let fewer = layout.without(self.problem, place);
+            let others = fewer.start_from(self.problem, layout, point);
+            let beside = |effect: Effect| {
+                let with = fewer.with(self.problem, Entrant { effect, ..layout.entrants[place].clone() });
+                let here = with.start_from(self.problem, &fewer, &others);
+                let starts = [with.as_stated(&here), here];
+                let fits = starts.map(|start| Fit::touching(self.problem, with.clone(), start, self.part));
+                fits.into_iter().flatten().min_by(|a, b| a.cost.total_cmp(&b.cost))
+            };
+            // What it adds, the mechanism may have made up for far from where it belongs.
+            let starts: Vec<Effect> = reach.starts_of(form.clone()).into_iter().chain([form]).collect();
+            let mut fits: Vec<Fit> = starts.into_par_iter().filter_map(beside).collect();
+            fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+            fits.truncate(BEGUN);
+            fits.into_iter().map(|fit| Trial::new(self.problem, fit.further(self.problem, self.part, Effort::FULL)))
+        };
+        let forms = (0..layout.entrants.len()).flat_map(|place| {
+            let here = layout.effect(self.problem, place, point);
+            here.later_forms().into_iter().map(move |form| (place, form))
+        });
+        let lightest = forms.flat_map(begun).min_by(|a, b| a.bic.total_cmp(&b.bic));
+        match lightest.filter(|other| other.bic < from.trial.bic - ENOUGH) {
+            Some(other) => Standing::of(self.problem, other, self.part),
+            None => Some(from),
+        }
     }
 
     /// What one mechanism of a model is confused with in its place, refitted from where the model is.
