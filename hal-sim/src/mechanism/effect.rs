@@ -118,7 +118,7 @@ impl Effect {
             && (parameter.search != Search::Again || self.values[place] < parameter.range.1)
     }
 
-    /// The same in each form that is tried later, with what is typical of that.
+    /// The same, with the values that it has, in each form that is tried later.
     #[must_use]
     pub fn later_forms(&self) -> Vec<Self> {
         let mut forms = Vec::new();

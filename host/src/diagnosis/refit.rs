@@ -19,7 +19,7 @@ use thud_sim::mechanism::{Effect, Mechanism, Scale, Search};
 use super::candidate::Reach;
 use super::fit::{Effort, Fit, Part};
 use super::instants::each_its_own;
-use super::layout::{Entrant, Role, Scope};
+use super::layout::{Entrant, Layout, Point, Role, Scope};
 use super::omnibus::Omnibus;
 use super::problem::Problem;
 use super::screen::{Screened, scale_strength};
@@ -298,6 +298,13 @@ fn beside_stated(problem: &Problem, fit: &Fit, part: Part<'_>) -> Option<Fit> {
     fits.min_by(|a, b| a.cost.total_cmp(&b.cost))
 }
 
+/// The better one of a start and of the same with everything as stated, each contact where it fits best.
+pub(super) fn beside_or_as_stated(problem: &Problem, layout: Layout, beside: Point, part: Part<'_>) -> Option<Fit> {
+    let stated = layout.as_stated(&beside);
+    let fits = [beside, stated].map(|start| Fit::touching(problem, layout.clone(), start, part));
+    fits.into_iter().flatten().min_by(|a, b| a.cost.total_cmp(&b.cost))
+}
+
 /// What is followed until it converges.
 struct Candidate {
     fit: Fit,
@@ -426,9 +433,7 @@ fn unpromised(problem: &Problem, base: &Fit, scores: &[Screened], begun: &[Start
                 effect.set_value(0, strength).ok()?;
                 let layout = base.layout.with(problem, Entrant { scope, ..Entrant::everywhere(effect) });
                 let beside = layout.start_from(problem, &base.layout, &base.point);
-                let stated = layout.as_stated(&beside);
-                let fits = [beside, stated].map(|start| Fit::touching(problem, layout.clone(), start, part));
-                fits.into_iter().flatten().min_by(|a, b| a.cost.total_cmp(&b.cost))
+                beside_or_as_stated(problem, layout, beside, part)
             });
             fits.min_by(|a, b| a.cost.total_cmp(&b.cost))
         })

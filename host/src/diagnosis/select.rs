@@ -30,7 +30,7 @@ use super::layout::{Entrant, Layout, Role, Scope};
 use super::locate::{Oddity, oddity};
 use super::omnibus::{Omnibus, observed_omnibus, omnibus};
 use super::problem::{Prepared, Problem};
-use super::refit::{Breadth, added, anew, refit, together};
+use super::refit::{Breadth, added, anew, beside_or_as_stated, refit, together};
 use super::screen::{Screened, screen};
 use super::spectrum::{Hum, hum};
 use super::strangers::strangers;
@@ -738,23 +738,21 @@ impl Selecting<'_> {
 
     /// Where more than noise is left, the model with a mechanism in a form that adds to what it has, if that is better by what a further mechanism has to be. Such a
     /// form is not worth a search of its own: without it the mechanism leads as well.
-    fn in_later_form(&mut self, from: Standing) -> Option<Standing> {
+    fn in_later_form(&self, from: Standing) -> Option<Standing> {
         if !from.asks() {
             return Some(from);
         }
         let Fit { layout, point, .. } = &from.trial.fit;
-        let reach = Reach::of(self.problem, Vec::new());
         let begun = |(place, form): (usize, Effect)| {
             let fewer = layout.without(self.problem, place);
             let others = fewer.start_from(self.problem, layout, point);
             let beside = |effect: Effect| {
                 let with = fewer.with(self.problem, Entrant { effect, ..layout.entrants[place].clone() });
                 let here = with.start_from(self.problem, &fewer, &others);
-                let starts = [with.as_stated(&here), here];
-                let fits = starts.map(|start| Fit::touching(self.problem, with.clone(), start, self.part));
-                fits.into_iter().flatten().min_by(|a, b| a.cost.total_cmp(&b.cost))
+                beside_or_as_stated(self.problem, with, here, self.part)
             };
             // What it adds, the mechanism may have made up for far from where it belongs.
+            let reach = Reach::of(self.problem, Vec::new());
             let starts: Vec<Effect> = reach.starts_of(form.clone()).into_iter().chain([form]).collect();
             let mut fits: Vec<Fit> = starts.into_par_iter().filter_map(beside).collect();
             fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
