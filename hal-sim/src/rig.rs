@@ -22,6 +22,7 @@
 //! stiff.
 
 mod assembly;
+mod creep;
 mod impact;
 mod integrate;
 mod motion;

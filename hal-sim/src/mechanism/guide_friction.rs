@@ -244,6 +244,27 @@ mod tests {
         }
     }
 
+    /// A dashpot that takes next to nothing lets a massless piece find its balance at once: bristles beside it are followed as without it, and it costs no more.
+    #[test]
+    fn a_weak_dashpot_beside_bristles_is_hardly_there() {
+        for friction in ["guide-friction:force_N=3,guide=1", "load-dependent-friction:coefficient=0.03,bristles=1"] {
+            for bristles in ["presliding_m=6e-6,creep_m_per_s=0.04", "presliding_m=6e-6,creep_m_per_s=3e-4"] {
+                let friction = format!("{friction},{bristles},cell_share=0.5");
+                let rig = Rig::impact(39e3).with_pad(80e3);
+                let without = strike(rig, 0.29, 5.8, &[&friction]);
+                for damping in [0.01, 0.1, 0.3] {
+                    let dashpot = format!("viscous-damping:damping_Ns_per_m={damping}");
+                    let with = strike(rig, 0.29, 5.8, &[&friction, &dashpot]);
+                    assert!(with.effort().evaluations < 4_000, "{friction}, {damping}: {:?}", with.effort());
+                    for number in 1..100 {
+                        let time_s = 1e-3 * f64::from(number);
+                        near("force", with.force_n(time_s), without.force_n(time_s), 0.3 * damping + 0.01);
+                    }
+                }
+            }
+        }
+    }
+
     /// What a moving dashpot or the air has carried beside the friction, the springs do not: they go on until friction holds all of their force. The
     /// cell, which feels springs and drag, sees no step.
     #[test]

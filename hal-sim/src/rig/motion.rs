@@ -7,6 +7,7 @@
 //! ([`Massive`](PieceForm::Massive)). In each form the guide lets it go freely, holds it, or rubs against its motion.
 
 use super::assembly::{Assembly, Deformation, Element, Motion, Response, Sway};
+use super::creep::{Creep, Decay};
 use super::{Kind, Quantity, RigError};
 
 /// The most states that the solver is built for.
@@ -386,10 +387,7 @@ impl System {
     /// Whether the equations of this form are linear, and no more stiff than their solution by an exponential bears.
     pub(super) fn is_linear(&self, mode: &Mode) -> bool {
         let Assembly { pad, spring, guide, sway, .. } = &self.assembly;
-        let linear = |element: &Element, beyond: u32| {
-            element.laws.iter().enumerate().all(|(number, law)| law.is_linear(beyond & (1 << number) != 0))
-        };
-        let pad_is_linear = pad.as_ref().is_none_or(|pad| linear(pad, mode.beyond));
+        let pad_is_linear = pad.as_ref().is_none_or(|pad| is_linear(pad, mode.beyond));
         // Branches at no load: friction that grows with a pressing force only.
         let branches = guide.load_coefficient > 0.0 && (self.form == PieceForm::Massive || self.pull_off_n > 0.0);
         let falling = guide.falls_with_speed() && matches!(mode.guiding, Guiding::Sliding(_));
@@ -397,7 +395,7 @@ impl System {
         let stiffness = spring.stiffness_n_per_m + pad.as_ref().map_or(0.0, |pad| pad.stiffness_n_per_m);
         let stiff = self.form == PieceForm::Creeping && mode.touching && stiffness > STIFFEST_PER_S * damping;
         let moving = mode.touching || self.form == PieceForm::Massive;
-        let piece_is_linear = linear(spring, mode.beyond >> self.contact_laws) && guide.air_ns2_per_m2 == 0.0;
+        let piece_is_linear = is_linear(spring, mode.beyond >> self.contact_laws) && guide.air_ns2_per_m2 == 0.0;
         !sway.is_some_and(Sway::is_imposed)
             && !self.is_driven(mode)
             && (!mode.touching || pad_is_linear)
@@ -405,7 +403,28 @@ impl System {
             && !(mode.touching && branches)
             && !falling
             && !stiff
-            && mode.guiding != Guiding::Bending
+            && (mode.guiding != Guiding::Bending || self.creeps_home(mode))
+    }
+
+    /// Whether bristles let a massless piece creep home in a way that is known.
+    fn creeps_home(&self, mode: &Mode) -> bool {
+        let springs_are_linear = || is_linear(&self.assembly.spring, mode.beyond >> self.contact_laws);
+        let springs_recover_at_once = self.layout.len == self.layout.spring;
+        let is_let_go = !mode.touching && self.form != PieceForm::Massive && mode.guiding == Guiding::Bending;
+        is_let_go && springs_recover_at_once && springs_are_linear()
+    }
+
+    /// How it does that from here on.
+    pub(super) fn creep(&self, from_s: f64, state: &[f64], mode: &Mode) -> Option<Creep> {
+        let bend = self.layout.bend.filter(|_| self.creeps_home(mode))?;
+        let guide = &self.assembly.guide;
+        let most_n = guide.holding_n(0.0);
+        let held_m = depth_under(-state[bend] * most_n, 0.0, |depth_m| self.spring(depth_m, 0.0, state, mode));
+        let springs = self.spring(held_m, 0.0, state, mode).stiffness_n_per_m;
+        let bristles = most_n / guide.presliding_m;
+        let decay = Decay::new(state[bend], springs, bristles, guide.presliding_m, guide.creep_m_per_s);
+        let piece = self.layout.piece.map(|place| (place, held_m, -most_n / springs));
+        Some(Creep { decay, from_s, bend, piece })
     }
 
     /// Whether a force may depend on the time itself.
@@ -513,7 +532,7 @@ impl System {
             }
         }
         if let Some(bend) = self.layout.bend {
-            rates[bend] = self.assembly.guide.bending_per_s(state[bend], instant.piece_m_per_s);
+            rates[bend] = self.assembly.guide.bending_per_s(state[bend], self.rubbing_m_per_s(&instant, state, mode));
         }
         if self.layout.spring > self.layout.contact {
             let pad = self.assembly.pad.as_ref().expect("laws with states are on a pad");
@@ -722,9 +741,29 @@ impl System {
         let spring = self.spring(instant.piece_m, instant.piece_m_per_s, state, mode);
         let damping = pad.damping_ns_per_m + spring.damping_ns_per_m;
         let speed = (pad.stiffness_n_per_m + spring.stiffness_n_per_m) / damping.max(PIECE_DRAG_NS_PER_M);
-        let own = 1.0 / (1.0 + (speed / FAST_PER_S).powi(2));
+        let own = own_share(speed);
         let shared_m_per_s = self.shared_m_per_s(instant);
         shared_m_per_s + own * (instant.piece_m_per_s - shared_m_per_s)
+    }
+
+    /// The velocity that bends bristles. A creeping piece's own is, as for [sliding](System::sliding_m_per_s), its error times how fast it finds its
+    /// balance: so far from it an implicit method's stages are, and the bend is not linear in it.
+    fn rubbing_m_per_s(&self, instant: &Instant, state: &[f64], mode: &Mode) -> f64 {
+        if self.form != PieceForm::Creeping || !mode.touching {
+            return instant.piece_m_per_s;
+        }
+        let pad = self.pad(instant.depth_m(), instant.depth_m_per_s(), state, mode);
+        let spring = self.spring(instant.piece_m, instant.piece_m_per_s, state, mode);
+        let (bend, guide) = (self.engaged(state, mode), &self.assembly.guide);
+        let part = self.rubbed_part(bend, pad.force_n, instant.grip);
+        let stiffness = part * pad.stiffness_n_per_m + spring.stiffness_n_per_m;
+        let driven_n_per_s =
+            part * (pad.stiffness_n_per_m * instant.over_m_per_s + pad.drift_n_per_s) - spring.drift_n_per_s;
+        let friction_n = instant.grip * guide.sliding_n(pad.force_n);
+        let balanced_m_per_s = self.bent_m_per_s(bend, stiffness, driven_n_per_s / stiffness, friction_n);
+        let damping = part * pad.damping_ns_per_m + spring.damping_ns_per_m + guide.air_ns_per_m(instant.piece_m_per_s);
+        let own = own_share(stiffness / damping.max(PIECE_DRAG_NS_PER_M));
+        balanced_m_per_s + own * (instant.piece_m_per_s - balanced_m_per_s)
     }
 
     /// Where a creeping piece is in balance at rest, sliding with this sign: there it comes to rest.
@@ -1241,6 +1280,11 @@ impl System {
     }
 }
 
+/// How much the own velocity of a creeping piece counts that finds its balance so fast, 1/s.
+fn own_share(speed_per_s: f64) -> f64 {
+    1.0 / (1.0 + (speed_per_s / FAST_PER_S).powi(2))
+}
+
 /// The depth at which an element's force is this one, by Newton's rule from a depth near it.
 fn depth_under(force_n: f64, near_m: f64, respond: impl Fn(f64) -> Response) -> f64 {
     let mut depth_m = near_m;
@@ -1253,6 +1297,11 @@ fn depth_under(force_n: f64, near_m: f64, respond: impl Fn(f64) -> Response) -> 
         }
     }
     depth_m
+}
+
+/// Whether the element's force is linear, and all of its states' rates.
+fn is_linear(element: &Element, beyond: u32) -> bool {
+    element.laws.iter().enumerate().all(|(number, law)| law.is_linear(beyond & (1 << number) != 0))
 }
 
 /// The element's force: linear, then laws that do not depend on the rate, then those that do.

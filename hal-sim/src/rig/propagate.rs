@@ -4,8 +4,12 @@
 //! A and b are read off the equations themselves. e^(Aδ) and ψ come from their series for a very short δ and are doubled
 //! from there, e^(2Aδ) = (e^(Aδ))², ψ(2δ) = ψ(δ) + e^(Aδ)·ψ(δ) (scaling and squaring: C. Moler, C. Van Loan, SIAM Review 45
 //! (2003) 3, method 3), so that all step lengths of a ladder are at hand. A step is seven states, each exact, and the
-//! polynomial through them; only the latter has an error, by which the step's length is chosen.
+//! polynomial through them; only the latter has an error, by which the step's length is chosen. What [creeps] home meanwhile is known as well,
+//! and nothing else depends on it.
+//!
+//! [creeps]: super::creep
 
+use super::creep::Creep;
 use super::motion::{MOST_STATES, Mode, System};
 use super::trajectory::MOST_NODES;
 
@@ -43,6 +47,7 @@ pub(super) struct Propagator<const N: usize> {
     /// In how many steps a longer one is looked at again, and how many it was after the last look in vain.
     waits: usize,
     patience: usize,
+    creep: Option<Creep>,
     absolute: [f64; N],
     relative: f64,
     stop_s: f64,
@@ -74,10 +79,15 @@ impl<const N: usize> Propagator<N> {
                 rates[row][column] = rate[row] - constant[row];
             }
         }
+        let creep = system.creep(time_s, state, mode);
+        for place in creep.iter().flat_map(Creep::places) {
+            (rates[place], constant[place]) = ([0.0; N], 0.0);
+        }
         let square = product(&rates, &rates);
         let fourth = product(&square, &square);
         let sixth = product(&fourth, &square);
         let norm = rates.iter().map(|row| row.iter().map(|rate| rate.abs()).sum::<f64>()).fold(1.0, f64::max);
+        let norm = creep.as_ref().map_or(norm, |creep| norm.max(creep.decay.fastest_per_s()));
         let shortest_s = (SERIES_UP_TO / norm).log2().floor().exp2();
         let first = series(&rates, &constant, shortest_s);
         let mut absolute = [0.0; N];
@@ -87,6 +97,7 @@ impl<const N: usize> Propagator<N> {
             sixth,
             rates,
             constant,
+            creep,
             shortest_s,
             rungs: vec![first],
             taken: 0,
@@ -105,7 +116,8 @@ impl<const N: usize> Propagator<N> {
     /// Goes on by one step.
     pub(super) fn step(&mut self) {
         let state = self.nodes[MOST_NODES - 1];
-        let foretold = self.rung(&state);
+        // How what creeps bends is not foretold.
+        let foretold = if self.creep.is_some() { 0 } else { self.rung(&state) };
         self.from_s = self.to_s;
         let longest = self.rung_within(self.stop_s - self.from_s);
         self.waits = self.waits.saturating_sub(1);
@@ -126,13 +138,25 @@ impl<const N: usize> Propagator<N> {
             self.patience = 1;
         }
         self.taken = rung;
-        self.to_s = self.from_s + INTERVALS * self.shortest_s * (rung as f64).exp2();
+        self.to_s = self.from_s + self.step_s(rung);
+    }
+
+    /// How long a step along a rung is, s.
+    fn step_s(&self, rung: usize) -> f64 {
+        INTERVALS * self.shortest_s * (rung as f64).exp2()
     }
 
     /// Steps along a rung; whether the polynomial meets the states between the outer nodes.
     fn try_rung(&mut self, state: &[f64; N], rung: usize) -> bool {
         self.follow(state, rung);
-        let between = |node: usize| self.along(&self.nodes[node], rung - 1);
+        let step_s = self.step_s(rung);
+        let between = |node: usize| {
+            let mut state = self.along(&self.nodes[node], rung - 1);
+            if let Some(creep) = &self.creep {
+                creep.put(self.from_s + (node as f64 + 0.5) / INTERVALS * step_s, &mut state);
+            }
+            state
+        };
         let meets = |node: usize| {
             let (exact, met) = (between(node), self.at((node as f64 + 0.5) / INTERVALS));
             (0..N).all(|place| {
@@ -152,9 +176,13 @@ impl<const N: usize> Propagator<N> {
             let squared = product(transition, transition);
             self.rungs.push((squared, twice));
         }
+        let step_s = self.step_s(rung);
         self.nodes[0] = *state;
         for node in 1..MOST_NODES {
             self.nodes[node] = self.along(&self.nodes[node - 1], rung);
+            if let Some(creep) = &self.creep {
+                creep.put(self.from_s + node as f64 / INTERVALS * step_s, &mut self.nodes[node]);
+            }
         }
         self.differences = self.nodes;
         for order in 1..MOST_NODES {
