@@ -800,6 +800,21 @@ fn a_displacement_is_read_as_it_was_simulated() {
     }
 }
 
+/// A dashpot that only a fine displacement shows, and no force, is one of the usual imperfections, beside a wrong mass as by itself: it neither joins
+/// the mass nor stands for it.
+#[test]
+fn what_only_a_finer_channel_shows_is_a_trace() {
+    let folder = TempDir::new().unwrap();
+    let few = ["--only", "pose-dependent-mass", "--only", "viscous-damping", "--only", "hunt-crossley-damping"];
+    let trace = ["--displacement", "2e-7", "--mechanism", "viscous-damping:damping_Ns_per_m=0.6", "--seed", "5"];
+    let wrong_mass = ["--mechanism", "pose-dependent-mass:relative=0.3,configuration=1"];
+    let fine = ["simulate", "--speeds", "0.1,0.2,0.3", "--masses", "4,8", "--repeats", "1", "--sample-rate", "10000"];
+    for (name, more, named) in [("alone", &[][..], &[][..]), ("beside", &wrong_mass, &["pose-dependent-mass"])] {
+        succeeds(&folder, &[&fine[..], &["--after", "0.2", "--out", name], &RIG, &trace, more].concat());
+        assert_eq!(names(&folder, &[&[name], &few[..]].concat()), named, "{name}");
+    }
+}
+
 /// A displacement that came through no filter, or through another instrument, is read a sample sooner or later than the force: that is no lag
 /// of the force's chain. A real lag is, beside it.
 #[test]

@@ -19,8 +19,8 @@ pub(super) struct Decay {
     rate_per_s: f64,
 }
 
-/// A part of all that could be held which is not quite all: there the bend is not smooth.
-const MOST_PART: f64 = 1.0 - 1e-12;
+/// The most of q: at 1 the bend begins with an infinite rate, which no step could follow.
+const MOST_PART: f64 = 1.0 - 1e-6;
 
 impl Decay {
     /// From this bend on; stiffnesses of springs and bristles in N/m, z in m and v_c in m/s.

@@ -237,13 +237,22 @@ fn observed_by_itself(problem: &Problem, part: Part<'_>) -> Option<f64> {
     Fit::run(&alone, layout, start, part, Effort::FULL).map(|fit| fit.cost)
 }
 
-/// Whether the only mechanism of a model does more than chance, and is no trace that only a finer channel shows and no rest asks for.
+/// Whether a larger model is no trace that only a finer channel shows and no rest asks for.
+fn is_no_trace(problem: &Problem, here: &Standing, larger: &Trial, part: Part<'_>) -> bool {
+    here.asks() || !is_trace(problem, &here.trial.fit, &larger.fit, part)
+}
+
+/// Whether what a larger model brings is seen in a finer channel only.
+fn is_trace(problem: &Problem, smaller: &Fit, larger: &Fit, part: Part<'_>) -> bool {
+    problem.channels.len() > 1 && shown(problem, larger, smaller, part) <= TRACE * TRACE
+}
+
+/// Whether the only mechanism of a model does more than chance, and is no such trace.
 fn is_no_chance(problem: &Problem, baseline: &Standing, trial: &Trial, part: Part<'_>) -> bool {
     let begun = &baseline.trial;
     let does_more =
         by_chance(problem, &begun.fit, &trial.fit).map_or(begun.bic - trial.bic >= ENOUGH, |p| p < BY_CHANCE);
-    let is_seen = || problem.channels.len() == 1 || shown(problem, &trial.fit, &begun.fit, part) > TRACE * TRACE;
-    does_more && (baseline.asks() || is_seen())
+    does_more && is_no_trace(problem, baseline, trial, part)
 }
 
 impl Standing {
@@ -372,6 +381,7 @@ impl Selecting<'_> {
     /// With what it came to.
     fn selection(&self, here: Standing) -> Selection {
         let worth = here.worth();
+        let rivals = self.rivals.iter().filter(|rival| !self.is_trace_instead(&here, rival)).cloned().collect();
         let Standing { trial: best, tangent, rest, oddity, hum, .. } = here;
         let deviations = tangent.deviations();
         let told_deviations = tangent.deviations_without_beliefs(|global| best.fit.layout.globals[global].is_guess);
@@ -392,7 +402,7 @@ impl Selecting<'_> {
             observed,
             oddity,
             hum,
-            rivals: self.rivals.clone(),
+            rivals,
             worth,
         }
     }
@@ -433,9 +443,18 @@ impl Selecting<'_> {
         self.burden(trial) < self.burden(other) - 1.0
     }
 
+    /// Whether another mechanism in one place of a model is a trace there, and the one that it has is none.
+    fn is_trace_instead(&self, of: &Standing, (place, other): &(usize, Trial)) -> bool {
+        let is_trace = |fewer: &Trial, trial: &Trial| is_trace(self.problem, &fewer.fit, &trial.fit, self.part);
+        let fewer = of.fewer.get(*place).and_then(Option::as_ref);
+        fewer.is_some_and(|fewer| is_trace(fewer, other) && !is_trace(fewer, &of.trial))
+    }
+
     /// The lightest of models with another mechanism in one place, if it is lighter than this one.
-    fn lightest(&self, others: &[(usize, Trial)], than: &Trial) -> Option<(usize, Trial)> {
-        let better = others.iter().filter(|(_, trial)| self.is_lighter(trial, than));
+    fn lightest(&self, others: &[(usize, Trial)], than: &Standing) -> Option<(usize, Trial)> {
+        let is_better =
+            |other: &&(usize, Trial)| self.is_lighter(&other.1, &than.trial) && !self.is_trace_instead(than, other);
+        let better = others.iter().filter(is_better);
         better.min_by(|a, b| self.burden(&a.1).total_cmp(&self.burden(&b.1))).cloned()
     }
 
@@ -669,9 +688,10 @@ impl Selecting<'_> {
             let is_enough = |trial: &&Trial| match number {
                 0 => is_no_chance(self.problem, &here, trial, self.part),
                 _ => {
-                    here.trial.bic - trial.bic >= enough
+                    let is_worth_it = here.trial.bic - trial.bic >= enough
                         || self.is_seen(&here.trial, trial, least, FURTHER)
-                        || self.solves(&here, trial)
+                        || self.solves(&here, trial);
+                    is_worth_it && is_no_trace(self.problem, &here, trial, self.part)
                 }
             };
             let worthy = trials.iter().filter(is_enough);
@@ -710,7 +730,7 @@ impl Selecting<'_> {
     /// Refits the others in the place of each mechanism and takes the best, if it is better; it comes last.
     fn exchanged(&mut self, from: Standing) -> Option<Standing> {
         self.find_all_rivals(&from);
-        let Some((place, trial)) = self.lightest(&self.rivals, &from.trial) else { return Some(from) };
+        let Some((place, trial)) = self.lightest(&self.rivals, &from) else { return Some(from) };
         self.exchange(from, place, trial)
     }
 
@@ -728,7 +748,7 @@ impl Selecting<'_> {
                 trials.into_iter().map(move |trial| (place, trial))
             });
             let instead: Vec<(usize, Trial)> = instead.collect();
-            let lightest = self.lightest(&instead, &here.trial);
+            let lightest = self.lightest(&instead, &here);
             self.rivals.extend(instead);
             let Some((place, trial)) = lightest else { break };
             here = self.exchange(here, place, trial)?;
@@ -794,7 +814,11 @@ impl Selecting<'_> {
         let is_steady = |trial: &Trial| !added(&trial.fit).is_loose() && trial.coincidences.is_empty();
         let as_many = |trial: &Trial| trial.fit.layout.entrants.len() == from.mechanisms();
         let is_better = |trial: &Trial| misses(trial) < misses(&from.trial) && is_likely(&trial.fit);
-        let better = self.rivals.iter().filter(|(_, trial)| as_many(trial) && is_steady(trial) && is_better(trial));
+        let is_exchange = |other: &&(usize, Trial)| {
+            let trial = &other.1;
+            as_many(trial) && is_steady(trial) && is_better(trial) && !self.is_trace_instead(&from, other)
+        };
+        let better = self.rivals.iter().filter(is_exchange);
         let best = better.min_by(|a, b| misses(&a.1).total_cmp(&misses(&b.1)));
         let Some((place, trial)) = best.cloned() else { return Some(from) };
         self.exchange(from, place, trial)
