@@ -37,6 +37,8 @@ pub struct Contest {
     pub parameters: i64,
     /// Where it is added: in which part of trials chance does as much; none where that is not known.
     pub by_chance: Option<f64>,
+    /// Where only a finer channel shows it: by how much χ² of what is observed falls with it.
+    pub trace: Option<f64>,
 }
 
 /// The smallest strength that would have been seen.
@@ -119,8 +121,10 @@ fn contest(diagnosis: &Diagnosis, mechanism: &Mechanism) -> Option<Contest> {
         trial.fit.layout.entrants.iter().any(|entrant| entrant.effect.mechanism().id == mechanism.id)
             && chosen.iter().all(|entrant| entrant.effect.mechanism().id != mechanism.id)
     };
-    let rivals = diagnosis.selection.rivals.iter().map(|(_, trial)| trial).filter(|trial| has(trial));
-    let trial = rivals.min_by(|a, b| a.bic.total_cmp(&b.bic))?;
+    let rivals = diagnosis.selection.rivals.iter().map(|(_, trial)| (trial, None));
+    let traces = diagnosis.selection.traces.iter().map(|(trial, seen)| (trial, Some(*seen)));
+    let theirs = rivals.chain(traces).filter(|(trial, _)| has(trial));
+    let (trial, trace) = theirs.min_by(|(a, _), (b, _)| a.bic.total_cmp(&b.bic))?;
     let theirs = &trial.fit.layout.entrants;
     let missing = chosen.iter().find(|entrant| theirs.iter().all(|other| !other.is_same_as(entrant)));
     Some(Contest {
@@ -129,6 +133,7 @@ fn contest(diagnosis: &Diagnosis, mechanism: &Mechanism) -> Option<Contest> {
         bic: trial.bic - best.bic,
         parameters: trial.fit.parameters() as i64 - best.fit.parameters() as i64,
         by_chance: if missing.is_none() { by_chance(&diagnosis.problem, &best.fit, &trial.fit) } else { None },
+        trace,
     })
 }
 

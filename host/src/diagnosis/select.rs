@@ -44,7 +44,7 @@ pub const BY_CHANCE: f64 = 3e-5;
 /// Fall of BIC that a further one must bring, or a first one with a value of its own for each impact.
 pub const ENOUGH: f64 = 20.0;
 /// What the observed channel shows by less than so many deviations of its noise, over all recordings, is one of the usual imperfections.
-const TRACE: f64 = 5.0;
+pub const TRACE: f64 = 5.0;
 /// A further one that no smooth rest asks for (it rings, hums or jumps) must bring this.
 const UNASKED: f64 = 150.0;
 /// And of this nothing foretells so much that it is refitted.
@@ -142,6 +142,8 @@ pub struct Selection {
     pub hum: Hum,
     /// Every other model that was refitted: which mechanism of the best it stands in for, and the model.
     pub rivals: Vec<(usize, Trial)>,
+    /// Those of which only a finer channel shows the mechanism, and by how much χ² of what is observed falls with it.
+    pub traces: Vec<(Trial, f64)>,
     /// By how much χ² grows without each mechanism of the best.
     pub worth: Vec<f64>,
 }
@@ -244,7 +246,10 @@ fn is_no_trace(problem: &Problem, here: &Standing, larger: &Trial, part: Part<'_
 
 /// Whether what a larger model brings is seen in a finer channel only.
 fn is_trace(problem: &Problem, smaller: &Fit, larger: &Fit, part: Part<'_>) -> bool {
-    problem.channels.len() > 1 && shown(problem, larger, smaller, part) <= TRACE * TRACE
+    let is_little = |fall: f64| fall <= TRACE * TRACE;
+    problem.channels.len() > 1
+        && !is_little(smaller.cost - larger.cost)
+        && is_little(shown(problem, larger, smaller, part))
 }
 
 /// Whether the only mechanism of a model does more than chance, and is no such trace.
@@ -292,6 +297,11 @@ impl Standing {
     /// Whether what it leaves is more than noise and traces of the usual imperfections.
     fn asks(&self) -> bool {
         self.rest.z() > SIGNIFICANT || self.oddity.p_value < UNLIKELY || self.hum.is_there()
+    }
+
+    /// The model without the mechanism in a place; where it has none, itself.
+    fn without(&self, place: usize) -> Option<&Trial> {
+        if self.mechanisms() == 0 { Some(&self.trial) } else { self.fewer[place].as_ref() }
     }
 
     /// The best model with one mechanism fewer.
@@ -381,7 +391,14 @@ impl Selecting<'_> {
     /// With what it came to.
     fn selection(&self, here: Standing) -> Selection {
         let worth = here.worth();
-        let rivals = self.rivals.iter().filter(|rival| !self.is_trace_instead(&here, rival)).cloned().collect();
+        let (traces, rivals): (Vec<_>, Vec<_>) =
+            self.rivals.iter().cloned().partition(|rival| self.is_trace_instead(&here, rival));
+        let seen = |(place, trial): (usize, Trial)| {
+            let fewer = here.without(place);
+            let shown = fewer.map_or(0.0, |fewer| shown(self.problem, &trial.fit, &fewer.fit, self.part));
+            (trial, shown.max(0.0))
+        };
+        let traces = traces.into_iter().map(seen).collect();
         let Standing { trial: best, tangent, rest, oddity, hum, .. } = here;
         let deviations = tangent.deviations();
         let told_deviations = tangent.deviations_without_beliefs(|global| best.fit.layout.globals[global].is_guess);
@@ -403,6 +420,7 @@ impl Selecting<'_> {
             oddity,
             hum,
             rivals,
+            traces,
             worth,
         }
     }
@@ -443,11 +461,12 @@ impl Selecting<'_> {
         self.burden(trial) < self.burden(other) - 1.0
     }
 
-    /// Whether another mechanism in one place of a model is a trace there, and the one that it has is none.
+    /// Whether another mechanism in one place of a model is a trace there, and the one that it has is none; of one that is added, whether no rest asks
+    /// for it.
     fn is_trace_instead(&self, of: &Standing, (place, other): &(usize, Trial)) -> bool {
         let is_trace = |fewer: &Trial, trial: &Trial| is_trace(self.problem, &fewer.fit, &trial.fit, self.part);
-        let fewer = of.fewer.get(*place).and_then(Option::as_ref);
-        fewer.is_some_and(|fewer| is_trace(fewer, other) && !is_trace(fewer, &of.trial))
+        let may_be_one = |fewer: &Trial| if of.mechanisms() > 0 { is_trace(fewer, &of.trial) } else { of.asks() };
+        of.without(*place).is_some_and(|fewer| is_trace(fewer, other) && !may_be_one(fewer))
     }
 
     /// The lightest of models with another mechanism in one place, if it is lighter than this one.

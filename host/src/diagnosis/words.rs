@@ -9,7 +9,7 @@ use super::answer::{Answer, Rejected};
 use super::evidence::{Contest, Evidence, Limit, Standing, evidence, scope_words};
 use super::layout::Role;
 use super::retuned::retuned;
-use super::select::{BY_CHANCE, ENOUGH};
+use super::select::{BY_CHANCE, ENOUGH, TRACE};
 use super::verdict::{Unlikely, is_doubtful, is_doubtful_choice, is_of_another_rig, unlikely};
 use super::{Diagnosis, RigKind};
 use crate::decimal::significant;
@@ -323,6 +323,12 @@ fn against_rival(contest: Contest) -> String {
     };
     let size = contest.chi_squared.abs();
     let side = if contest.chi_squared >= 0.0 { "higher" } else { "lower" };
+    if let Some(seen) = contest.trace {
+        let asked = TRACE * TRACE;
+        return format!(
+            "only a finer channel shows it: χ² of what is observed falls by {seen:.0}, and {asked:.0} is asked for"
+        );
+    }
     match (contest.instead_of, contest.by_chance) {
         (None, Some(by_chance)) if contest.chi_squared < 0.0 => {
             format!("χ² {size:.0} {side} {cost}: by chance {}, and {BY_CHANCE:.0e} is asked for", p_words(by_chance))
@@ -427,16 +433,29 @@ mod tests {
             bic: 106.2,
             parameters: 0,
             by_chance: None,
+            trace: None,
         };
         assert_eq!(
             against_rival(contest),
             "leaves χ² 106 higher than guide-friction with as many parameters: BIC 106 worse"
         );
-        let added = Contest { instead_of: None, chi_squared: -14.0, bic: -6.0, parameters: 1, by_chance: Some(1.8e-4) };
+        let added = Contest {
+            instead_of: None,
+            chi_squared: -14.0,
+            bic: -6.0,
+            parameters: 1,
+            by_chance: Some(1.8e-4),
+            trace: None,
+        };
         let loose = Contest { by_chance: None, ..added };
         assert_eq!(
             against_rival(added),
             "χ² 14 lower with 1 parameter more: by chance p = 2e-4, and 3e-5 is asked for"
+        );
+        let faint = Contest { trace: Some(11.7), ..added };
+        assert_eq!(
+            against_rival(faint),
+            "only a finer channel shows it: χ² of what is observed falls by 12, and 25 is asked for"
         );
         assert_eq!(against_rival(loose), "χ² 14 lower with 1 parameter more: BIC gains 6, and 20 is asked for");
     }
