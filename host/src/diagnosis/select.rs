@@ -529,7 +529,8 @@ impl Selecting<'_> {
     }
 
     /// Where more than one is named, the second is sought beside each of those as well that came nearest to the first: of two that are hidden each may be
-    /// imitated by a third, and what that leaves leads astray.
+    /// imitated by a third, and what that leaves leads astray. And beside a plainer one of the same kind: friction that falls with the speed had taken the
+    /// air's part, and left what two others were named for.
     fn begun_otherwise(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
         if from.mechanisms() < 2 {
             return Some(from);
@@ -546,6 +547,14 @@ impl Selecting<'_> {
         firsts.sort_by(|a, b| a.bic.total_cmp(&b.bic));
         firsts.dedup_by_key(|first| added(&first.fit).effect.mechanism().id);
         firsts.truncate(NEAREST);
+        let is_plainer = |first: &&Trial| {
+            let mechanism = added(&first.fit).effect.mechanism();
+            let is_of = |entrant: &Entrant| is_plainer(mechanism, entrant.effect.mechanism());
+            let is_met = firsts.iter().any(|other| added(&other.fit).effect.mechanism().id == mechanism.id);
+            !is_met && !added(&first.fit).is_loose() && from.entrants().iter().any(is_of)
+        };
+        let plainer = self.firsts.iter().filter(is_plainer).min_by(|a, b| a.bic.total_cmp(&b.bic)).cloned();
+        firsts.extend(plainer);
         let mut here = from;
         for first in firsts {
             progress("is it another two");
@@ -1002,10 +1011,13 @@ fn is_but_noise(rest: Omnibus, oddity: Oddity) -> bool {
 
 /// Whether of two mechanisms at one site one has all parameters of the other, and more: it is more general.
 fn is_kin(one: &Mechanism, other: &Mechanism) -> bool {
-    let has_all = |these: &Mechanism, those: &Mechanism| {
-        those.parameters.iter().all(|that| these.parameters.iter().any(|this| this.name == that.name))
-    };
-    one.site == other.site && (has_all(one, other) || has_all(other, one))
+    is_plainer(one, other) || is_plainer(other, one)
+}
+
+/// Whether a mechanism has no parameter that another one at its site has not.
+fn is_plainer(this: &Mechanism, than: &Mechanism) -> bool {
+    let has = |name: &str| than.parameters.iter().any(|parameter| parameter.name == name);
+    this.id != than.id && this.site == than.site && this.parameters.iter().all(|parameter| has(parameter.name))
 }
 
 /// A mechanism with what another one has in common with it, and else as it typically is.
@@ -1042,6 +1054,7 @@ mod tests {
         let [rubs, sticks, wrong_gain, wrong_speed] =
             ["guide-friction", "stiction", "gain-error", "speed-error"].map(|id| Mechanism::find(id).unwrap());
         assert!(is_kin(rubs, sticks) && is_kin(sticks, rubs));
+        assert!(is_plainer(rubs, sticks) && !is_plainer(sticks, rubs));
         assert!(!is_kin(wrong_gain, wrong_speed), "a gain is no kind of speed, though both are relative");
         let rubbing =
             Effect::new("guide-friction", &[("force_N", 0.7), ("guide", 1.0), ("presliding_m", 4e-6)]).unwrap();
