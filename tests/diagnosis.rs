@@ -812,6 +812,14 @@ fn what_only_a_finer_channel_shows_is_a_trace() {
     for (name, more, named) in [("alone", &[][..], &[][..]), ("beside", &wrong_mass, &["pose-dependent-mass"])] {
         succeeds(&folder, &[&fine[..], &["--after", "0.2", "--out", name], &RIG, &trace, more].concat());
         assert_eq!(names(&folder, &[&[name], &few[..]].concat()), named, "{name}");
+        let answer: Value =
+            serde_json::from_str(&succeeds(&folder, &[&["diagnose", name, "--json", "-"], &few[..]].concat())).unwrap();
+        let because = |list: &str, id: &str| {
+            let found = answer[list].as_array().unwrap().iter().find(|entry| entry["id"] == id).cloned();
+            found.map(|entry| entry["because"].as_str().unwrap().to_owned()).unwrap_or_default()
+        };
+        assert!(because("rejected", "viscous-damping").starts_with("only a finer channel shows it"), "{answer}");
+        assert!(!because("mechanisms", "pose-dependent-mass").contains("too little"), "{answer}");
     }
 }
 

@@ -224,7 +224,9 @@ pub fn because(diagnosis: &Diagnosis, place: usize) -> String {
         parts.push(format!("re-tuning had hidden {} of it", percent(absorbed)));
     }
     let next = all.iter().filter(|e| e.mechanism.id != id).filter_map(|e| Some((e, e.contest?)));
-    let next = next.filter(|(_, contest)| contest.instead_of == Some(id)).min_by(|a, b| a.1.bic.total_cmp(&b.1.bic));
+    // A trace is none.
+    let is_rival = |contest: &Contest| contest.instead_of == Some(id) && contest.trace.is_none();
+    let next = next.filter(|(_, contest)| is_rival(contest)).min_by(|a, b| a.1.bic.total_cmp(&b.1.bic));
     if let Some((rival, contest)) = next {
         let gap = contest.bic;
         if gap >= 0.0 {
