@@ -12,7 +12,7 @@
 /// The bend of bristles that springs press on, over time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Decay {
-    bend: f64,
+    begun: f64,
     /// q at the beginning; 0 where nothing is held.
     part: f64,
     held: f64,
@@ -27,7 +27,7 @@ impl Decay {
     pub(super) fn new(bend: f64, springs: f64, bristles: f64, presliding_m: f64, creep_m_per_s: f64) -> Self {
         let both = springs + bristles;
         let part = (bristles * bend.abs() / both).min(MOST_PART);
-        Self { bend, part, held: held(part), rate_per_s: springs * creep_m_per_s / (both * presliding_m) }
+        Self { begun: bend, part, held: held(part), rate_per_s: springs * creep_m_per_s / (both * presliding_m) }
     }
 
     /// What it does fastest, 1/s: to begin with q changes with time to the power of ⅔ where it is nearly 1.
@@ -38,7 +38,7 @@ impl Decay {
     /// The bend after so many seconds.
     pub(super) fn bend(&self, since_s: f64) -> f64 {
         if self.part == 0.0 {
-            return self.bend;
+            return self.begun;
         }
         let wanted = self.held - self.rate_per_s * since_s;
         // g(q) is below its asymptote 1 − ln(2/q) and concave in ln q: from there Newton's rule comes up to it from one side.
@@ -51,7 +51,7 @@ impl Decay {
                 break;
             }
         }
-        self.bend * (logarithm.exp() / self.part)
+        self.begun * (logarithm.exp() / self.part)
     }
 }
 
@@ -84,7 +84,7 @@ impl Creep {
         let bend = self.decay.bend(time_s - self.from_s);
         state[self.bend] = bend;
         if let Some((place, held_m, by_bend_m)) = self.piece {
-            state[place] = held_m + by_bend_m * (bend - self.decay.bend(0.0));
+            state[place] = held_m + by_bend_m * (bend - self.decay.begun);
         }
     }
 }

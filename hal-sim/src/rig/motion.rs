@@ -419,7 +419,7 @@ impl System {
         let bend = self.layout.bend.filter(|_| self.creeps_home(mode))?;
         let guide = &self.assembly.guide;
         let most_n = guide.holding_n(0.0);
-        let held_m = depth_under(-state[bend] * most_n, 0.0, |depth_m| self.spring(depth_m, 0.0, state, mode));
+        let held_m = self.held_by_bristles_m(state, mode);
         let springs = self.spring(held_m, 0.0, state, mode).stiffness_n_per_m;
         let bristles = most_n / guide.presliding_m;
         let decay = Decay::new(state[bend], springs, bristles, guide.presliding_m, guide.creep_m_per_s);
@@ -713,11 +713,17 @@ impl System {
         (both * driven + bent * root) / determinant
     }
 
+    /// Where bristles hold a massless piece when the robot has gone.
+    fn held_by_bristles_m(&self, state: &[f64], mode: &Mode) -> f64 {
+        let held_n = -self.engaged(state, mode) * self.assembly.guide.holding_n(0.0);
+        depth_under(held_n, 0.0, |depth_m| self.spring(depth_m, 0.0, state, mode))
+    }
+
     /// S(x_p) + y·F_s = 0: what bristles hold of a massless piece when the robot has gone, and how fast it creeps home.
     fn let_go(&self, state: &[f64], mode: &Mode, instant: &mut Instant) {
         let bend = self.engaged(state, mode);
         let most_n = self.assembly.guide.holding_n(0.0);
-        instant.piece_m = depth_under(-bend * most_n, 0.0, |depth_m| self.spring(depth_m, 0.0, state, mode));
+        instant.piece_m = self.held_by_bristles_m(state, mode);
         let spring = self.spring(instant.piece_m, 0.0, state, mode);
         instant.piece_m_per_s = self.bent_m_per_s(bend, spring.stiffness_n_per_m, 0.0, most_n);
         instant.spring_n = spring.force_n;
@@ -741,9 +747,7 @@ impl System {
         let spring = self.spring(instant.piece_m, instant.piece_m_per_s, state, mode);
         let damping = pad.damping_ns_per_m + spring.damping_ns_per_m;
         let speed = (pad.stiffness_n_per_m + spring.stiffness_n_per_m) / damping.max(PIECE_DRAG_NS_PER_M);
-        let own = own_share(speed);
-        let shared_m_per_s = self.shared_m_per_s(instant);
-        shared_m_per_s + own * (instant.piece_m_per_s - shared_m_per_s)
+        instead_of_own(instant.piece_m_per_s, self.shared_m_per_s(instant), speed)
     }
 
     /// The velocity that bends bristles. A creeping piece's own is, as for [sliding](System::sliding_m_per_s), its error times how fast it finds its
@@ -756,14 +760,29 @@ impl System {
         let spring = self.spring(instant.piece_m, instant.piece_m_per_s, state, mode);
         let (bend, guide) = (self.engaged(state, mode), &self.assembly.guide);
         let part = self.rubbed_part(bend, pad.force_n, instant.grip);
+        let balanced_m_per_s = self.balanced_m_per_s(part, &pad, &spring, instant, Some(bend));
+        let stiffness = part * pad.stiffness_n_per_m + spring.stiffness_n_per_m;
+        let damping = part * pad.damping_ns_per_m + spring.damping_ns_per_m + guide.air_ns_per_m(instant.piece_m_per_s);
+        instead_of_own(instant.piece_m_per_s, balanced_m_per_s, stiffness / damping.max(PIECE_DRAG_NS_PER_M))
+    }
+
+    /// The velocity of a piece that is in balance at each instant, m/s, as pad and springs there give it, and bristles of this bend, if any.
+    fn balanced_m_per_s(
+        &self,
+        part: f64,
+        pad: &Response,
+        spring: &Response,
+        instant: &Instant,
+        bend: Option<f64>,
+    ) -> f64 {
         let stiffness = part * pad.stiffness_n_per_m + spring.stiffness_n_per_m;
         let driven_n_per_s =
             part * (pad.stiffness_n_per_m * instant.over_m_per_s + pad.drift_n_per_s) - spring.drift_n_per_s;
-        let friction_n = instant.grip * guide.sliding_n(pad.force_n);
-        let balanced_m_per_s = self.bent_m_per_s(bend, stiffness, driven_n_per_s / stiffness, friction_n);
-        let damping = part * pad.damping_ns_per_m + spring.damping_ns_per_m + guide.air_ns_per_m(instant.piece_m_per_s);
-        let own = own_share(stiffness / damping.max(PIECE_DRAG_NS_PER_M));
-        balanced_m_per_s + own * (instant.piece_m_per_s - balanced_m_per_s)
+        let free_m_per_s = driven_n_per_s / stiffness;
+        bend.map_or(free_m_per_s, |bend| {
+            let friction_n = instant.grip * self.assembly.guide.sliding_n(pad.force_n);
+            self.bent_m_per_s(bend, stiffness, free_m_per_s, friction_n)
+        })
     }
 
     /// Where a creeping piece is in balance at rest, sliding with this sign: there it comes to rest.
@@ -838,14 +857,8 @@ impl System {
             piece_m += step;
         }
         instant.piece_m = piece_m;
-        instant.piece_m_per_s = (part * (pad.stiffness_n_per_m * instant.over_m_per_s + pad.drift_n_per_s)
-            - spring.drift_n_per_s)
-            / (part * pad.stiffness_n_per_m + spring.stiffness_n_per_m);
-        if mode.guiding == Guiding::Bending {
-            let stiffness = part * pad.stiffness_n_per_m + spring.stiffness_n_per_m;
-            let friction_n = instant.grip * self.assembly.guide.sliding_n(pad.force_n);
-            instant.piece_m_per_s = self.bent_m_per_s(sign, stiffness, instant.piece_m_per_s, friction_n);
-        }
+        let bend = (mode.guiding == Guiding::Bending).then_some(sign);
+        instant.piece_m_per_s = self.balanced_m_per_s(part, &pad, &spring, instant, bend);
         instant.contact_n = pad.force_n;
         instant.air_n = air_n;
         instant.spring_n = spring.force_n + air_n;
@@ -1280,9 +1293,10 @@ impl System {
     }
 }
 
-/// How much the own velocity of a creeping piece counts that finds its balance so fast, 1/s.
-fn own_share(speed_per_s: f64) -> f64 {
-    1.0 / (1.0 + (speed_per_s / FAST_PER_S).powi(2))
+/// What counts as the velocity of a creeping piece: the faster it finds its balance (1/s), the less its own beside this other one.
+fn instead_of_own(own_m_per_s: f64, other_m_per_s: f64, speed_per_s: f64) -> f64 {
+    let own = 1.0 / (1.0 + (speed_per_s / FAST_PER_S).powi(2));
+    other_m_per_s + own * (own_m_per_s - other_m_per_s)
 }
 
 /// The depth at which an element's force is this one, by Newton's rule from a depth near it.

@@ -547,13 +547,13 @@ impl Selecting<'_> {
         firsts.sort_by(|a, b| a.bic.total_cmp(&b.bic));
         firsts.dedup_by_key(|first| added(&first.fit).effect.mechanism().id);
         firsts.truncate(NEAREST);
-        let is_plainer = |first: &&Trial| {
+        let is_plainer_kin = |first: &&Trial| {
             let mechanism = added(&first.fit).effect.mechanism();
-            let is_of = |entrant: &Entrant| is_plainer(mechanism, entrant.effect.mechanism());
             let is_met = firsts.iter().any(|other| added(&other.fit).effect.mechanism().id == mechanism.id);
-            !is_met && !added(&first.fit).is_loose() && from.entrants().iter().any(is_of)
+            let mut entrants = from.entrants().iter().map(|entrant| entrant.effect.mechanism());
+            !is_met && !added(&first.fit).is_loose() && entrants.any(|other| is_plainer(mechanism, other))
         };
-        let plainer = self.firsts.iter().filter(is_plainer).min_by(|a, b| a.bic.total_cmp(&b.bic)).cloned();
+        let plainer = self.firsts.iter().filter(is_plainer_kin).min_by(|a, b| a.bic.total_cmp(&b.bic)).cloned();
         firsts.extend(plainer);
         let mut here = from;
         for first in firsts {

@@ -313,6 +313,12 @@ fn limit_words(limit: Limit) -> String {
 }
 
 fn against_rival(contest: Contest) -> String {
+    if let Some(seen) = contest.trace {
+        let asked = TRACE * TRACE;
+        return format!(
+            "only a finer channel shows it: χ² of what is observed falls by {seen:.0}, and {asked:.0} is asked for"
+        );
+    }
     let more = contest.parameters;
     let cost = match more {
         0 => "with as many parameters".to_owned(),
@@ -325,12 +331,6 @@ fn against_rival(contest: Contest) -> String {
     };
     let size = contest.chi_squared.abs();
     let side = if contest.chi_squared >= 0.0 { "higher" } else { "lower" };
-    if let Some(seen) = contest.trace {
-        let asked = TRACE * TRACE;
-        return format!(
-            "only a finer channel shows it: χ² of what is observed falls by {seen:.0}, and {asked:.0} is asked for"
-        );
-    }
     match (contest.instead_of, contest.by_chance) {
         (None, Some(by_chance)) if contest.chi_squared < 0.0 => {
             format!("χ² {size:.0} {side} {cost}: by chance {}, and {BY_CHANCE:.0e} is asked for", p_words(by_chance))
