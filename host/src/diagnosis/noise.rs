@@ -113,11 +113,16 @@ impl Noise {
     /// Turns a residual into one that is white with unit variance, in place. The first samples, whose past is not known, are
     /// only scaled.
     pub fn whiten(&self, residual: &mut [f64]) {
-        let past = residual.to_vec();
+        // What is nothing stays nothing: most of what a coordinate changes is the contact.
+        let Some(from) = residual.iter().position(|value| *value != 0.0) else { return };
+        let last = residual.iter().rposition(|value| *value != 0.0).unwrap_or(from);
         let order = self.coefficients.len().min(residual.len());
-        let (first, others) = residual.split_at_mut(order);
-        for (lag, coefficient) in self.coefficients.iter().enumerate() {
-            for (value, before) in others.iter_mut().zip(past.iter().skip(order.saturating_sub(1 + lag))) {
+        let end = (last + 1 + order).min(residual.len());
+        let known = from.max(order);
+        let past = residual[..end].to_vec();
+        let (first, others) = residual[..end].split_at_mut(known.min(end));
+        for (lag, coefficient) in self.coefficients.iter().enumerate().take(order) {
+            for (value, before) in others.iter_mut().zip(&past[known - 1 - lag..]) {
                 *value -= coefficient * before;
             }
         }
@@ -248,6 +253,28 @@ pub(super) mod tests {
         let lag = |lag: usize| fresh[lag..].iter().zip(&fresh).map(|(a, b)| a * b).sum::<f64>() / 4000.0;
         assert!((lag(0) - 1.0).abs() < 0.1, "{}", lag(0));
         assert!((1..5).all(|shift| lag(shift).abs() < 0.08));
+    }
+
+    /// What is nothing before and after a pulse is skipped, not lost.
+    #[test]
+    fn a_pulse_whitens_alike_wherever_it_is() {
+        let noise = Noise::of_quiet(&[coloured(4000, 1)], true).unwrap();
+        let order = noise.coefficients.len();
+        let pulse = coloured(30, 5);
+        for (before, after) in [(order, order), (2, 50), (50, 2), (0, 0), (70, 70)] {
+            let silence = |samples: usize| vec![0.0; samples];
+            let column = [silence(before), pulse.clone(), silence(after)].concat();
+            let mut whitened = column.clone();
+            noise.whiten(&mut whitened);
+            for (place, value) in whitened.iter().enumerate() {
+                let past = noise.coefficients.iter().zip(column[..place].iter().rev());
+                let expected = match place < order {
+                    true => column[place] / noise.rms,
+                    false => (column[place] - past.map(|(a, b)| a * b).sum::<f64>()) / noise.innovation,
+                };
+                assert!((value - expected).abs() < 1e-12, "{before} {place}: {value} {expected}");
+            }
+        }
     }
 
     /// The model's strength at the frequency zero, innovation over 1 − Σ a, in 300 stretches of 300 samples.

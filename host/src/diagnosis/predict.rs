@@ -1,6 +1,7 @@
 //! What the simulation says a recording should show, for given coordinates.
 
 use std::borrow::Cow;
+use std::ops::Range;
 
 use thud_sim::mechanism::Effect;
 use thud_sim::rig::{Accuracy, Approach, Impact, Quantity, Rig, RigError};
@@ -208,6 +209,9 @@ fn logged(channel: &ChannelModel, impact: &Impact, since_s: &[f64], series: &mut
 /// What is behind the measuring chain, in newtons on the way.
 fn in_newtons(channel: &ChannelModel, series: &mut [f64], apply: impl FnOnce(&mut [f64], f64)) {
     let Some(newtons) = channel.newtons else { return };
+    if newtons == 1.0 {
+        return apply(series, newtons);
+    }
     series.iter_mut().for_each(|value| *value *= newtons);
     apply(series, newtons);
     series.iter_mut().for_each(|value| *value /= newtons);
@@ -235,18 +239,60 @@ pub fn bends(times_s: &[f64]) -> Vec<[f64; 2]> {
 
 /// What a mean reads where the curve is bent, over a block of samples or by a filter: its second difference says how much.
 fn averaged(series: &mut [f64], bends: &[[f64; 2]], mean_of_s2: f64) {
-    if mean_of_s2 == 0.0 || series.len() < 3 {
+    if mean_of_s2 == 0.0 {
         return;
     }
-    let mut before = series[0];
-    for (place, bends) in bends.iter().enumerate().take(series.len() - 2) {
-        let here = series[place + 1];
-        series[place + 1] = meant([before, here, series[place + 2]], *bends, mean_of_s2);
-        before = here;
+    // Before it touches anything and long after, a force is bent nowhere.
+    let Range { start, end } = changing(series);
+    let past = series[start..end].to_vec();
+    let inner = series[start..end].iter_mut().skip(1).zip(past.windows(3)).zip(&bends[start.min(bends.len())..]);
+    for ((value, around), bends) in inner {
+        *value = meant([around[0], around[1], around[2]], *bends, mean_of_s2);
     }
+}
+
+/// Where a series changes, from the last value that is as the first one to the first that is as the last one.
+fn changing(series: &[f64]) -> Range<usize> {
+    let [first, .., last] = series else { return 0..series.len() };
+    let start = series.iter().position(|value| value != first).unwrap_or(series.len()).saturating_sub(1);
+    let end = series.iter().rposition(|value| value != last).map_or(start, |place| (place + 2).min(series.len()));
+    // One before and one after, which the mean there reads.
+    start.saturating_sub(1)..(end + 1).min(series.len())
 }
 
 /// What a mean reads in the middle of three values.
 fn meant([before, here, after]: [f64; 3], [left, right]: [f64; 2], mean_of_s2: f64) -> f64 {
     here + ((after - here) * right - (here - before) * left) * mean_of_s2
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What does not change before and after is skipped, not lost.
+    #[test]
+    fn a_pulse_is_averaged_alike_wherever_it_is() {
+        let times_s: Vec<f64> = (0..40).map(|place: i32| 1e-3 * f64::from(place).powf(1.1)).collect();
+        let bends = bends(&times_s);
+        for (from, until) in [(0, 40), (1, 39), (2, 38), (10, 20), (10, 40), (0, 20), (15, 16), (0, 0)] {
+            let pulse = |place: usize| if (from..until).contains(&place) { (place as f64).sin() + 2.0 } else { 1.0 };
+            let series: Vec<f64> = (0..40).map(pulse).collect();
+            let mut short = series.clone();
+            averaged(&mut short, &bends, 3e-8);
+            for place in 1..39 {
+                let around = [series[place - 1], series[place], series[place + 1]];
+                let expected = meant(around, bends[place - 1], 3e-8);
+                assert!((short[place] - expected).abs() < 1e-12, "{from} to {until}, {place}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_too_short_to_bend_is_its_own_mean() {
+        for length in 0..3 {
+            let mut series = vec![1.0; length];
+            averaged(&mut series, &[], 1e-8);
+            assert_eq!(series, vec![1.0; length]);
+        }
+    }
 }
