@@ -387,6 +387,16 @@ struct Met {
     rivals: Vec<Trial>,
 }
 
+impl Met {
+    fn of(model: &Standing, place: usize, rivals: Vec<Trial>) -> Self {
+        Self { entrants: model.entrants().to_vec(), cost: model.trial.fit.cost, place, rivals }
+    }
+
+    fn are_of(&self, model: &Standing, place: usize) -> bool {
+        self.place == place && self.cost == model.trial.fit.cost && self.entrants == model.entrants()
+    }
+}
+
 impl Selecting<'_> {
     /// With what it came to.
     fn selection(&self, here: Standing) -> Selection {
@@ -747,9 +757,14 @@ impl Selecting<'_> {
             let next = added(&next.fit).clone();
             let others = trials.into_iter().filter(|trial| !added(&trial.fit).is_same_as(&next));
             let differs = added(&larger.trial.fit).scope == Scope::EachConfiguration;
-            let others = others.map(|trial| if differs { self.differently(trial) } else { trial });
-            let others: Vec<(usize, Trial)> = others.map(|trial| (number, trial)).collect();
-            self.rivals.extend(others);
+            let others: Vec<Trial> =
+                others.map(|trial| if differs { self.differently(trial) } else { trial }).collect();
+            // Beside the same others they need not be refitted again in its place.
+            let fewer = larger.fewer[number].as_ref();
+            if !differs && fewer.is_some_and(|fewer| (fewer.fit.cost - here.trial.fit.cost).abs() < UNCONVERGED) {
+                self.met.push(Met::of(&larger, number, others.clone()));
+            }
+            self.rivals.extend(others.into_iter().map(|trial| (number, trial)));
             here = larger;
         }
         Some(here)
@@ -873,11 +888,9 @@ impl Selecting<'_> {
 
     /// Refits the others in the place of one mechanism.
     fn find_rivals(&mut self, here: &Standing, place: usize) {
-        let cost = here.trial.fit.cost;
-        let is_met = |met: &Met| met.place == place && met.cost == cost && met.entrants == here.entrants();
-        let known = self.met.iter().position(is_met).or_else(|| {
+        let known = self.met.iter().position(|met| met.are_of(here, place)).or_else(|| {
             let rivals = self.instead_of(here, place)?;
-            self.met.push(Met { entrants: here.entrants().to_vec(), cost, place, rivals });
+            self.met.push(Met::of(here, place, rivals));
             Some(self.met.len() - 1)
         });
         let rivals = known.map_or(&[][..], |known| &self.met[known].rivals);

@@ -30,6 +30,8 @@ const LONGER: f64 = 1.15;
 const FOLLOWED: [(f64, usize); 3] = [(1.5, 6), (3.0, 3), (f64::INFINITY, 2)];
 /// How many shapes of a form are fitted to the first contact: those that are nearest to it as they are.
 const BEGUN: usize = 24;
+/// And how many of them are left by each further effort: after the second the best one leads.
+const NARROWED: [(Effort, usize); 3] = [(Effort::LOOK, 16), (Effort::AGAIN, 4), (Effort::FULL, 1)];
 /// Steps along one tangent after the first: where a push holds the robot a valley is narrow, and each tangent gains little.
 const FURTHER: usize = 3;
 /// Where a shape that has one typical value is begun as well: this far into what is likely of it.
@@ -91,8 +93,12 @@ fn grown(problem: &Problem, base: &Fit, mechanisms: &[&'static Mechanism], scope
         // What a form does not use makes no difference.
         begun.dedup_by(|a, b| a.cost == b.cost);
         begun.truncate(BEGUN);
-        let fits = begun.into_par_iter().filter_map(|fit| run(&first, fit, Effort::FULL));
-        fits.min_by(|a, b| a.cost.total_cmp(&b.cost))
+        for (effort, most) in NARROWED {
+            begun = begun.into_par_iter().filter_map(|fit| run(&first, fit, effort)).collect();
+            begun.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+            begun.truncate(most);
+        }
+        begun.into_iter().next()
     };
     // One of each form: what the first contact likes best is not what the whole shows.
     let best_of = |mechanism: &&'static Mechanism| {
