@@ -16,7 +16,7 @@ use thud_sim::rig::Impact;
 
 use super::fit::{Effort, Fit, Part, cost_of_one};
 use super::layout::{Entrant, Layout, Point, Role, Scope, shortest_s, value_of};
-use super::predict;
+use super::predict::{self, Unlogged};
 use super::problem::Problem;
 use super::select::{ENOUGH, Trial};
 use super::subset::Subset;
@@ -129,10 +129,10 @@ impl Gaps {
         let motion = predict::strike(problem, layout, point, recording).ok()?;
         let tangent = fit.tangent(problem, &[recording])?;
         let normal = tangent.normal(0.0)?;
+        let shown = |point: &Point| predict::through(problem, layout, point, recording, &motion).ok();
+        let unlogged = predict::unlogged(problem, layout, point, recording, &shown(point)?, 0.0);
         let gains = |instant_s: f64| {
-            let point = self.at(point, recording, instant_s);
-            let shown = predict::through(problem, layout, &point, recording, &motion).ok()?;
-            let values = predict::read(problem, layout, &point, recording, &shown, 0.0);
+            let values = unlogged.clone().logged(problem, &shown(&self.at(point, recording, instant_s))?);
             let mut change: Vec<f64> =
                 values.iter().zip(&fit.model[recording]).map(|(with, without)| with - without).collect();
             problem.recordings[recording].whiten(&mut change);
@@ -157,25 +157,35 @@ impl Gaps {
     /// where it is and as much sooner or later as is lost, and ever nearer to the best of these.
     fn best(self, sought: &Sought<'_>, recording: usize, lengths: &[f64]) -> Gap {
         let Sought { problem, layout, point, .. } = *sought;
+        let apart_s = problem.eventful_s(recording) / SPREAD as f64;
         let strength = &layout.entrants[self.entrant].effect.mechanism().parameters[0];
         let seconds = |length: f64| value_of(strength, length);
         let at = |gap: Gap| {
             let cost = Sought { point: &self.with(point, recording, gap), ..*sought }.cost(recording);
             Gap { cost, ..gap }
         };
+        // Until it comes to the log the instant of a gap makes no difference.
+        let spread = |gap: Gap| {
+            let unlogged = Sought { point: &self.with(point, recording, gap), ..*sought }.unlogged(recording);
+            let costs = move |unlogged: Unlogged| {
+                (0..SPREAD).map(move |place| {
+                    let gap = Gap { instant_s: apart_s * (place as f64 + 0.5), ..gap };
+                    let point = self.with(point, recording, gap);
+                    let cost = Sought { point: &point, ..*sought }.cost_of(recording, unlogged.clone());
+                    Gap { cost, ..gap }
+                })
+            };
+            unlogged.into_iter().flat_map(costs)
+        };
         let better = |best: Gap, other: Gap| if other.cost < best.cost { other } else { best };
         let here = self.length(point, recording);
         let as_it_is =
             Gap { cost: f64::INFINITY, instant_s: point.locals[recording][self.instant], length: here, shift_s: 0.0 };
-        let apart_s = problem.eventful_s(recording) / SPREAD as f64;
         let tried = lengths.iter().map(|times| here + times.ln()).flat_map(|length| {
             let shifts = [0.0, -1.0, 1.0].map(|times| times * seconds(length));
-            shifts.into_iter().flat_map(move |shift_s| {
-                let instants = (0..SPREAD).map(move |place| apart_s * (place as f64 + 0.5));
-                instants.map(move |instant_s| Gap { instant_s, length, shift_s, ..as_it_is })
-            })
+            shifts.into_iter().map(move |shift_s| Gap { length, shift_s, ..as_it_is })
         });
-        let mut best = tried.map(at).fold(at(as_it_is), better);
+        let mut best = tried.flat_map(spread).fold(at(as_it_is), better);
         let between = if lengths.len() > 1 { (lengths[1] / lengths[0]).ln() } else { 0.0 };
         for halving in 1..=HALVINGS {
             let nearer = 0.5_f64.powi(halving);
@@ -204,12 +214,25 @@ struct Sought<'a> {
 impl Sought<'_> {
     /// χ² of the recording, its motion as it is.
     fn cost(&self, recording: usize) -> f64 {
-        let Self { problem, layout, point, motion } = *self;
-        let shown = predict::through(problem, layout, point, recording, motion);
-        shown.map_or(f64::INFINITY, |shown| {
-            let values = predict::read(problem, layout, point, recording, &shown, 0.0);
-            cost_of_one(problem, layout, point, recording, &values)
+        self.unlogged(recording).map_or(f64::INFINITY, |unlogged| self.cost_of(recording, unlogged))
+    }
+
+    /// What the channels show of that motion before the log.
+    fn unlogged(&self, recording: usize) -> Option<Unlogged> {
+        let Self { problem, layout, point, .. } = *self;
+        Some(predict::unlogged(problem, layout, point, recording, &self.shown(recording)?, 0.0))
+    }
+
+    /// χ² of the recording where the channels have shown this before the log.
+    fn cost_of(&self, recording: usize, unlogged: Unlogged) -> f64 {
+        let Self { problem, layout, point, .. } = *self;
+        self.shown(recording).map_or(f64::INFINITY, |shown| {
+            cost_of_one(problem, layout, point, recording, &unlogged.logged(problem, &shown))
         })
+    }
+
+    fn shown(&self, recording: usize) -> Option<Impact> {
+        predict::through(self.problem, self.layout, self.point, recording, self.motion).ok()
     }
 }
 

@@ -98,32 +98,85 @@ pub fn read(
     impact: &Impact,
     shift_s: f64,
 ) -> Vec<f64> {
+    unlogged(problem, layout, point, recording, impact, shift_s).logged(problem, impact)
+}
+
+/// What the channels show before the log, which may lose some of it.
+#[derive(Clone, Debug)]
+pub struct Unlogged {
+    /// All series one after the other.
+    values: Vec<f64>,
+    /// Their instants, s after contact: more than the recording has, where its log may show later ones in their place.
+    shown_s: Vec<f64>,
+    /// How many the recording has.
+    rows: usize,
+    /// Of each series its zero, and how much later it is read, s.
+    channels: Vec<(f64, f64)>,
+}
+
+/// The same as [`read`], but for the log.
+pub fn unlogged(
+    problem: &Problem,
+    layout: &Layout,
+    point: &Point,
+    recording: usize,
+    impact: &Impact,
+    shift_s: f64,
+) -> Unlogged {
     let prepared = &problem.recordings[recording];
     let contact_s = layout.contact_s(point, recording) + shift_s;
     let since_s: Vec<f64> = prepared.times_s.iter().map(|time| time - contact_s).collect();
-    let shown_s = impact.shown_s(&since_s);
-    let bends = if shown_s.len() > since_s.len() { Cow::Owned(bends(&shown_s)) } else { (&prepared.bends).into() };
-    let mut values = Vec::with_capacity(prepared.rows() + shown_s.len() - since_s.len());
+    let rows = since_s.len();
+    let more = match impact.shown_s(&since_s) {
+        Cow::Owned(more) => Some(more),
+        Cow::Borrowed(_) => None,
+    };
+    let bends = more.as_ref().map_or_else(|| Cow::Borrowed(&prepared.bends[..]), |more| Cow::Owned(bends(more)));
+    let shown_s = more.unwrap_or(since_s);
+    let mut values = Vec::with_capacity(problem.channels.len() * shown_s.len());
+    let mut channels = Vec::with_capacity(problem.channels.len());
     for (number, channel) in problem.channels.iter().enumerate() {
-        let shown_s: Cow<[f64]> = match later_s(layout, point, prepared, number) {
-            0.0 => Cow::Borrowed(&shown_s),
-            later_s => shown_s.iter().map(|since_s| since_s - later_s).collect(),
-        };
+        let later_s = later_s(layout, point, prepared, number);
+        let read_s = read_s(&shown_s, later_s);
         let from = values.len();
-        values.resize(from + shown_s.len(), 0.0);
+        values.resize(from + read_s.len(), 0.0);
         let series = &mut values[from..];
-        impact.sample_into(channel.quantity, &shown_s, series);
-        lifted(series, channel, &shown_s);
-        bent(series, channel.quantity, impact, &shown_s, &bends, prepared);
+        impact.sample_into(channel.quantity, &read_s, series);
+        lifted(series, channel, &read_s);
+        bent(series, channel.quantity, impact, &read_s, &bends, prepared);
         let zero = layout.local(point, recording, Role::Offset(number)).unwrap_or(0.0);
         averaged(series, &bends, converter_s2(layout, point, prepared));
-        felt(channel, impact, &shown_s, zero, series);
+        felt(channel, impact, &read_s, zero, series);
         averaged(series, &bends, prepared.mean_of_s2());
-        logged(channel, impact, &shown_s, series);
-        series.iter_mut().for_each(|value| *value += zero);
-        values.truncate(from + since_s.len());
+        channels.push((zero, later_s));
     }
-    values
+    Unlogged { values, shown_s, rows, channels }
+}
+
+impl Unlogged {
+    /// What the log of an impact makes of it.
+    pub fn logged(mut self, problem: &Problem, impact: &Impact) -> Vec<f64> {
+        let length = self.shown_s.len();
+        for (number, (channel, (zero, later_s))) in problem.channels.iter().zip(&self.channels).enumerate() {
+            let series = &mut self.values[number * length..][..length];
+            logged(channel, impact, &read_s(&self.shown_s, *later_s), series);
+            series.iter_mut().for_each(|value| *value += zero);
+            // Later instants than the recording has were for the log only.
+            if length > self.rows {
+                self.values.copy_within(number * length..number * length + self.rows, number * self.rows);
+            }
+        }
+        self.values.truncate(self.channels.len() * self.rows);
+        self.values
+    }
+}
+
+/// When a channel is read that comes later than these instants.
+fn read_s(shown_s: &[f64], later_s: f64) -> Cow<'_, [f64]> {
+    match later_s {
+        0.0 => shown_s.into(),
+        later_s => shown_s.iter().map(|since_s| since_s - later_s).collect(),
+    }
 }
 
 /// What the observed channel shows at every sample of a recording, not thinned. `None`: it cannot be simulated.

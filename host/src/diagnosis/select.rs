@@ -762,7 +762,8 @@ impl Selecting<'_> {
             // Beside the same others they need not be refitted again in its place.
             let fewer = larger.fewer[number].as_ref();
             if !differs && fewer.is_some_and(|fewer| (fewer.fit.cost - here.trial.fit.cost).abs() < UNCONVERGED) {
-                self.met.push(Met::of(&larger, number, others.clone()));
+                let is_another = |trial: &&Trial| added(&trial.fit).effect.mechanism().id != next.effect.mechanism().id;
+                self.met.push(Met::of(&larger, number, others.iter().filter(is_another).cloned().collect()));
             }
             self.rivals.extend(others.into_iter().map(|trial| (number, trial)));
             here = larger;
