@@ -235,12 +235,6 @@ impl Fit {
         self.layout.parameters() - self.silent
     }
 
-    /// Whether it has taken a step.
-    #[must_use]
-    pub fn is_begun(&self) -> bool {
-        self.gaining < f64::INFINITY
-    }
-
     /// Whether more steps would hardly make it better.
     #[must_use]
     pub fn is_settled(&self) -> bool {

@@ -383,8 +383,7 @@ fn followed(
             if !goes_on(&candidate) {
                 return candidate;
             }
-            let effort = if candidate.fit.is_begun() { Effort::AGAIN } else { Effort::LOOK };
-            Candidate { fit: candidate.fit.further(problem, part, effort), ..candidate }
+            Candidate { fit: candidate.fit.further(problem, part, Effort::AGAIN), ..candidate }
         };
         candidates = candidates.into_par_iter().map(follow).collect();
         best = candidates.iter().map(|candidate| candidate.fit.cost).fold(best, f64::min);
