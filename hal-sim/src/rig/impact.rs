@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::mem;
 use std::sync::{Arc, OnceLock};
 
-use super::assembly::{Stage, ahead_s};
+use super::assembly::{Stage, Sway, ahead_s};
 use super::integrate::Effort;
 use super::motion::{Instant, MOST_STATES, System};
 use super::trajectory::Trajectory;
@@ -444,20 +444,17 @@ impl Impact {
 
     fn before(&self, quantity: Quantity, time_s: f64) -> f64 {
         let assembly = &self.motion.system.assembly;
-        let moves = matches!(quantity, Quantity::Position | Quantity::Velocity | Quantity::Acceleration);
-        if !moves || assembly.kind == Kind::Fall {
-            return 0.0;
-        }
-        let sway = assembly
-            .sway
-            .map(|sway| (sway.position_m(time_s), sway.velocity_m_per_s(time_s), sway.acceleration_m_per_s2(time_s)));
-        let (sway_m, sway_m_per_s, sway_m_per_s2) = sway.unwrap_or_default();
-        let mean = assembly.approach.speed_m_per_s - assembly.sway.map_or(0.0, |sway| sway.velocity_m_per_s(0.0));
+        let sway = |of: fn(Sway, f64) -> f64, time_s: f64| assembly.sway.map_or(0.0, |sway| of(sway, time_s));
+        let mean = || assembly.approach.speed_m_per_s - sway(Sway::velocity_m_per_s, 0.0);
         let gravity = assembly.gravity_m_per_s2;
-        match quantity {
-            Quantity::Position => mean * time_s + 0.5 * gravity * time_s * time_s + sway_m,
-            Quantity::Velocity => mean + gravity * time_s + sway_m_per_s,
-            _ => gravity + sway_m_per_s2,
+        match (assembly.kind, quantity) {
+            (Kind::Fall, _) => 0.0,
+            (_, Quantity::Position) => {
+                mean() * time_s + 0.5 * gravity * time_s * time_s + sway(Sway::position_m, time_s)
+            }
+            (_, Quantity::Velocity) => mean() + gravity * time_s + sway(Sway::velocity_m_per_s, time_s),
+            (_, Quantity::Acceleration) => gravity + sway(Sway::acceleration_m_per_s2, time_s),
+            _ => 0.0,
         }
     }
 

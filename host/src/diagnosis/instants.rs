@@ -166,13 +166,15 @@ impl Gaps {
         };
         // Until it comes to the log the instant of a gap makes no difference.
         let spread = |gap: Gap| {
-            let unlogged = Sought { point: &self.with(point, recording, gap), ..*sought }.unlogged(recording);
+            let anywhere = Sought { point: &self.with(point, recording, gap), ..*sought };
+            let unlogged = anywhere.shown(recording).map(|shown| anywhere.unlogged(recording, &shown));
             let costs = move |unlogged: Unlogged| {
                 (0..SPREAD).map(move |place| {
                     let gap = Gap { instant_s: apart_s * (place as f64 + 0.5), ..gap };
                     let point = self.with(point, recording, gap);
-                    let cost = Sought { point: &point, ..*sought }.cost_of(recording, unlogged.clone());
-                    Gap { cost, ..gap }
+                    let here = Sought { point: &point, ..*sought };
+                    let cost = |shown| here.cost_of(recording, &shown, unlogged.clone());
+                    Gap { cost: here.shown(recording).map_or(f64::INFINITY, cost), ..gap }
                 })
             };
             unlogged.into_iter().flat_map(costs)
@@ -214,23 +216,22 @@ struct Sought<'a> {
 impl Sought<'_> {
     /// χ² of the recording, its motion as it is.
     fn cost(&self, recording: usize) -> f64 {
-        self.unlogged(recording).map_or(f64::INFINITY, |unlogged| self.cost_of(recording, unlogged))
+        let cost = |shown| self.cost_of(recording, &shown, self.unlogged(recording, &shown));
+        self.shown(recording).map_or(f64::INFINITY, cost)
     }
 
     /// What the channels show of that motion before the log.
-    fn unlogged(&self, recording: usize) -> Option<Unlogged> {
-        let Self { problem, layout, point, .. } = *self;
-        Some(predict::unlogged(problem, layout, point, recording, &self.shown(recording)?, 0.0))
+    fn unlogged(&self, recording: usize, shown: &Impact) -> Unlogged {
+        predict::unlogged(self.problem, self.layout, self.point, recording, shown, 0.0)
     }
 
     /// χ² of the recording where the channels have shown this before the log.
-    fn cost_of(&self, recording: usize, unlogged: Unlogged) -> f64 {
+    fn cost_of(&self, recording: usize, shown: &Impact, unlogged: Unlogged) -> f64 {
         let Self { problem, layout, point, .. } = *self;
-        self.shown(recording).map_or(f64::INFINITY, |shown| {
-            cost_of_one(problem, layout, point, recording, &unlogged.logged(problem, &shown))
-        })
+        cost_of_one(problem, layout, point, recording, &unlogged.logged(problem, shown))
     }
 
+    /// That motion, with the measuring chain as it is here. `None`: there is no such chain.
     fn shown(&self, recording: usize) -> Option<Impact> {
         predict::through(self.problem, self.layout, self.point, recording, self.motion).ok()
     }
