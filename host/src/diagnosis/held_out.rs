@@ -1,7 +1,7 @@
 //! Recordings that took no part: fitted on the others, shown on these.
 //!
-//! Whole recordings are left out, a part of them at a time, each part spread over the range of forces. Rig and mechanisms come from the
-//! others; of the recording left out only what every recording has for itself is estimated (contact instant, offset, speed and spring
+//! Whole recordings are left out, a part of them at a time, each part spread over the range of forces and, as far as that goes, without a
+//! configuration that no other part has: its mass would be as stated. Rig and mechanisms come from the others; of the recording left out only what every recording has for itself is estimated (contact instant, offset, speed and spring
 //! within their stated uncertainty).
 
 use super::fit::{Effort, Fit};
@@ -43,18 +43,36 @@ pub fn pooled(problem: &Problem, rmse: &[f64]) -> f64 {
 /// Which part each recording belongs to.
 #[must_use]
 pub fn folds(problem: &Problem) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..problem.recordings.len()).collect();
-    let force = |number: &usize| {
-        let recording = &problem.recordings[*number];
+    let force = |number: usize| {
+        let recording = &problem.recordings[number];
         recording.speed.value.abs() * recording.mass.value.sqrt()
     };
-    order.sort_by(|a, b| force(a).total_cmp(&force(b)));
-    let count = FOLDS.min(order.len());
-    let mut folds = vec![0; order.len()];
-    for (rank, number) in order.into_iter().enumerate() {
-        folds[number] = rank % count.max(1);
-    }
-    folds
+    let all = 0..problem.recordings.len();
+    let configurations: Vec<usize> = all.clone().map(|number| problem.recordings[number].configuration).collect();
+    spread(&all.map(force).collect::<Vec<_>>(), &configurations)
+}
+
+/// Parts of recordings with these forces, in these configurations.
+fn spread(forces: &[f64], configurations: &[usize]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..forces.len()).collect();
+    order.sort_by(|a, b| forces[*a].total_cmp(&forces[*b]));
+    let count = FOLDS.min(order.len()).max(1);
+    // With every mass at every speed, in the order of forces, each part would be one of the masses: each row of parts is turned by so many.
+    let turned = |turn: usize| {
+        let mut folds = vec![0; order.len()];
+        for (rank, number) in order.iter().enumerate() {
+            folds[*number] = (rank + turn * (rank / count)) % count;
+        }
+        folds
+    };
+    let unknown = |folds: &Vec<usize>| {
+        let knows = |number: usize, other: usize| {
+            folds[other] != folds[number] && configurations[other] == configurations[number]
+        };
+        let is_unknown = |number: &usize| !(0..folds.len()).any(|other| knows(*number, other));
+        (0..folds.len()).filter(is_unknown).count()
+    };
+    (0..count).map(turned).min_by_key(unknown).unwrap_or_default()
 }
 
 /// Leaves recordings out and shows them. What the others do not ask for by themselves is not in the model that they make: a mechanism
@@ -122,4 +140,25 @@ fn foretold(problem: &Problem, baseline: &Fit, fit: &Fit, train: &[usize], left_
 pub fn rmse(observed: &[f64], model: &[f64]) -> f64 {
     let sum: f64 = observed.iter().zip(model).map(|(a, b)| (a - b).powi(2)).sum();
     (sum / observed.len().max(1) as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_mass_at_every_speed_leaves_no_mass_out() {
+        let masses: [f64; 4] = [7.9, 8.5, 10.1, 11.9];
+        let forces: Vec<f64> =
+            [0.07, 0.33, 0.6].iter().flat_map(|speed| masses.map(|mass| speed * mass.sqrt())).collect();
+        let configurations: Vec<usize> = (0..12).map(|number| number % 4).collect();
+        let folds = spread(&forces, &configurations);
+        assert_eq!(folds, [0, 1, 2, 3, 1, 2, 3, 0, 2, 3, 0, 1]);
+        // Of one mass, and where turning does not help, by rank.
+        assert_eq!(spread(&forces, &[0; 12]), [0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3]);
+        let own: Vec<usize> = (0..12).collect();
+        assert_eq!(spread(&forces, &own), [0, 1, 2, 3, 0, 1, 2, 3, 0, 1, 2, 3]);
+        assert_eq!(spread(&[1.0], &[0]), [0]);
+        assert!(spread(&[], &[]).is_empty());
+    }
 }
