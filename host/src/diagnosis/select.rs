@@ -218,7 +218,12 @@ pub fn by_chance(problem: &Problem, baseline: &Fit, fit: &Fit) -> Option<f64> {
         return None;
     }
     let fall = baseline.cost - fit.cost - choices(problem, layout);
-    ChiSquared::new(layout.parameters() as f64).ok().map(|by_chance| by_chance.sf(fall.max(0.0)))
+    Some(chance_of(fall, layout.parameters()))
+}
+
+/// In which part of trials chance takes so much off χ² with so many parameters.
+fn chance_of(fall: f64, parameters: usize) -> f64 {
+    ChiSquared::new(parameters as f64).map_or(1.0, |by_chance| by_chance.sf(fall.max(0.0)))
 }
 
 /// χ² of what is observed, without further channels, and of what strains the beliefs about the rig.
@@ -246,10 +251,9 @@ fn is_no_trace(problem: &Problem, here: &Standing, larger: &Trial, part: Part<'_
 
 /// Whether what a larger model brings is seen in a finer channel only.
 fn is_trace(problem: &Problem, smaller: &Fit, larger: &Fit, part: Part<'_>) -> bool {
-    let is_little = |fall: f64| fall <= TRACE * TRACE;
     problem.channels.len() > 1
-        && !is_little(smaller.cost - larger.cost)
-        && is_little(shown(problem, larger, smaller, part))
+        && chance_of(smaller.cost - larger.cost, 1) < BY_CHANCE
+        && shown(problem, larger, smaller, part) <= TRACE * TRACE
 }
 
 /// Whether the only mechanism of a model does more than chance, and is no such trace.

@@ -315,9 +315,7 @@ fn limit_words(limit: Limit) -> String {
 fn against_rival(contest: Contest) -> String {
     if let Some(seen) = contest.trace {
         let asked = TRACE * TRACE;
-        return format!(
-            "only a finer channel shows it: χ² of what is observed falls by {seen:.0}, and {asked:.0} is asked for"
-        );
+        return format!("what is observed hardly shows it: χ² of that falls by {seen:.0}, and {asked:.0} is asked for");
     }
     let more = contest.parameters;
     let cost = match more {
@@ -457,7 +455,7 @@ mod tests {
         let faint = Contest { trace: Some(11.7), ..added };
         assert_eq!(
             against_rival(faint),
-            "only a finer channel shows it: χ² of what is observed falls by 12, and 25 is asked for"
+            "what is observed hardly shows it: χ² of that falls by 12, and 25 is asked for"
         );
         assert_eq!(against_rival(loose), "χ² 14 lower with 1 parameter more: BIC gains 6, and 20 is asked for");
     }
