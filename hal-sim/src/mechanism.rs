@@ -231,7 +231,8 @@ impl Mechanism {
     pub fn remark(&self, parameter: &Parameter) -> String {
         if let Some((_, choice, values)) = self.used_in.iter().find(|(name, ..)| *name == parameter.name) {
             let values: Vec<String> = values.iter().map(f64::to_string).collect();
-            return format!("{choice} {} only", values.join(", "));
+            let own = if parameter.is_of_each_impact() { "each impact has its own, " } else { "" };
+            return format!("{own}{choice} {} only", values.join(", "));
         }
         let remark =
             match (self.by_configuration.contains(&parameter.name), self.by_recording.contains(&parameter.name)) {
@@ -278,8 +279,17 @@ impl Mechanism {
     /// for a place (but the mains, which hum in a laser's chain as well), nor the charge of a piezoelectric cell.
     #[must_use]
     pub fn is_seen_in_place(&self) -> bool {
-        let is_in_newtons = self.parameters.iter().any(|parameter| matches!(parameter.unit, "N" | "N/s"));
-        !self.is_seen_only() || self.id == "mains-hum" || !(is_in_newtons || self.id == "piezo-discharge")
+        !self.is_seen_only() || self.id == "mains-hum" || !(self.is_in_newtons() || self.id == "piezo-discharge")
+    }
+
+    /// Whether it acts on one channel alone, what is observed. (A block that a log has lost is missing from every channel.)
+    #[must_use]
+    pub fn is_of_one_channel(&self) -> bool {
+        self.is_seen_only() && self.is_in_newtons()
+    }
+
+    fn is_in_newtons(&self) -> bool {
+        self.parameters.iter().any(|parameter| matches!(parameter.unit, "N" | "N/s"))
     }
 
     /// Whether it can be in an experiment of this kind.

@@ -464,10 +464,14 @@ impl Selecting<'_> {
 
     /// BIC, and what each mechanism with a value of its own for each impact has to be worth beside one without, or one that lasts and
     /// would have to choose its recordings: they bend to whatever differs from recording to recording, and no rig is quite like its
-    /// equations.
+    /// equations. What acts on one channel alone bends to no other: a gauge's millions are not its business.
     fn burden(&self, trial: &Trial) -> f64 {
-        let loose = trial.fit.layout.entrants.iter().filter(|entrant| entrant.is_loose()).count();
-        trial.bic + (loose + trial.coincidences.len()) as f64 * FURTHER * self.gained(trial)
+        let gained = self.gained(trial);
+        let observed = (self.missed_without() - self.missed(&trial.fit)).clamp(0.0, gained);
+        let loose = trial.fit.layout.entrants.iter().filter(|entrant| entrant.is_loose());
+        let bent_to =
+            loose.map(|entrant| if entrant.effect.mechanism().is_of_one_channel() { observed } else { gained });
+        trial.bic + FURTHER * (bent_to.sum::<f64>() + trial.coincidences.len() as f64 * gained)
     }
 
     /// Whether a model's burden is less than another's by more than fits to the same end differ.

@@ -2,7 +2,7 @@
 
 use std::borrow::Borrow;
 
-use thud_sim::mechanism::{Mechanism, Site};
+use thud_sim::mechanism::Mechanism;
 use thud_sim::rig::Quantity;
 
 use super::answer::{Answer, Rejected};
@@ -246,8 +246,7 @@ pub fn because(diagnosis: &Diagnosis, place: usize) -> String {
 /// What a newton of the measuring chain is where no force was observed.
 fn newtons_stand_for(diagnosis: &Diagnosis, mechanism: &Mechanism) -> Option<String> {
     let channel = &diagnosis.problem.channels[0];
-    let is_in_newtons = mechanism.parameters.iter().any(|parameter| parameter.unit.starts_with('N'));
-    if mechanism.site != Site::Chain || channel.quantity == Quantity::CellForce || !is_in_newtons {
+    if !mechanism.is_of_one_channel() || channel.quantity == Quantity::CellForce {
         return None;
     }
     let one_is = 1.0 / channel.newtons?;
