@@ -3,11 +3,13 @@
 //! A contact ends where P = −F_a instead of P = 0. Until then pad and springs are stretched, so that the cell sees a
 //! brief tension; then the pad lets go, with F_a²/2k less energy, and a massless piece is back at rest (as far
 //! as friction lets it). A soft pad does not let go at once: necks and fibrils still pull while the robot is up to ℓ away, the less the
-//! farther, F_a·(1 − s/ℓ), and cost F_a·ℓ/2 more. That is over in a millisecond or some, in which the robot's speed is taken as it is.
+//! farther, F_a·(1 − s/ℓ), and cost F_a·ℓ/2 more. That is over in a millisecond or some, in which the robot's speed is taken as it is. A zone that
+//! bears one stress until it tears pulls with F_a nearly all the way: F_a·(1 − (s/ℓ)^q) with a high q, which costs F_a·ℓ·q/(q + 1).
 //!
 //! Source: pull-off force of adhesive contact, K. L. Johnson, K. Kendall, A. D. Roberts, Proc. R. Soc. A 324 (1971) 301,
 //! whose jump into contact is left out: over millimetres of stroke it is not seen. Necks of tens of micrometres to some millimetres, five to
-//! ten times the sticky layer: probe tests of soft adhesives, C. Creton, M. Ciccotti, Rep. Prog. Phys. 79 (2016) 046601.
+//! ten times the sticky layer: probe tests of soft adhesives, C. Creton, M. Ciccotti, Rep. Prog. Phys. 79 (2016) 046601. The zone of one stress:
+//! D. S. Dugdale, J. Mech. Phys. Solids 8 (1960) 100; D. Maugis, J. Colloid Interface Sci. 150 (1992) 243.
 
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::Assembly;
@@ -20,9 +22,9 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     exact: false,
     by_configuration: &[],
     by_recording: &[],
-    used_in: &[],
+    used_in: &[("power", "holds", &[1.0])],
     sized: &[],
-    equation: "the contact ends at P = −F_a instead of P = 0; then P = −F_a·(1 − s/ℓ) until the robot is s = ℓ away",
+    equation: "the contact ends at P = −F_a instead of P = 0; then P = −F_a·(1 − (s/ℓ)^q) until the robot is s = ℓ away, q = 1 where it does not hold",
     source: "pull-off force, Johnson, Kendall and Roberts (1971); 2 to 10 N for soft silicone and polyurethane",
     parameters: &[
         Parameter {
@@ -39,13 +41,30 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         Parameter {
             name: "neck_m",
             unit: "m",
-            meaning: "distance ℓ over which the tension falls once the pad lets go",
+            meaning: "distance ℓ over which the pad still pulls once it lets go",
             null: None,
             range: (1e-6, 1e-2),
             plausible: (1e-5, 3e-3),
             typical: 1e-4,
             scale: Scale::Logarithmic,
             search: Search::OneOf(&[1e-4, 2e-3]),
+        },
+        Parameter {
+            name: "holds",
+            meaning: "0: the tension falls evenly with that distance, 1: it holds for longer",
+            search: Search::LaterForm(&[1.0]),
+            ..Parameter::EITHER
+        },
+        Parameter {
+            name: "power",
+            unit: "1",
+            meaning: "power q of the distance with which it falls: a high one is a zone of one stress",
+            null: None,
+            range: (1.0, 40.0),
+            plausible: (1.0, 20.0),
+            typical: 2.0,
+            scale: Scale::Logarithmic,
+            search: Search::Typical,
         },
     ],
     signature: "the force goes below zero at release, the more slowly the softer the rig, and comes back from one value within a millisecond or some",
@@ -58,6 +77,7 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
     let touched = assembly.touched_mut();
     touched.pull_off_n += effect.value(0);
     touched.neck_m = effect.value(1);
+    touched.neck_power = if effect.form(2) == 1 { effect.value(3) } else { 1.0 };
 }
 
 #[cfg(test)]
@@ -84,6 +104,20 @@ mod tests {
             near("half way", impact.force_n(end + 1e-4 / after.abs()), -2.5, 1e-3);
             assert_eq!(impact.force_n(end + 2.001e-4 / after.abs()), 0.0);
         }
+    }
+
+    /// A zone of one stress pulls as strongly until it tears, and costs nearly twice as much.
+    #[test]
+    fn a_pull_that_holds_costs_nearly_its_force_times_its_length() {
+        let rig = Rig::impact(25e3).with_pad(80e3);
+        let impact = strike(rig, 0.25, 6.0, &["adhesion:pull_off_N=5,neck_m=2e-4,holds=1,power=19"]);
+        let contact = impact.truth().contacts[0];
+        let end = contact.end_s.unwrap();
+        let after = impact.value(crate::rig::Quantity::Velocity, end + 1e-7);
+        let lost = 0.5 * 6.0 * (0.25 * 0.25 - after * after);
+        near("torn", lost - contact.loss_j, 0.95 * 5.0 * 2e-4, 1e-6);
+        near("half way", impact.force_n(end + 1e-4 / after.abs()), -5.0, 1e-4);
+        assert_eq!(impact.force_n(end + 2.001e-4 / after.abs()), 0.0);
     }
 
     /// With loss on the pad too, the tension is reached and no energy comes from nowhere; friction keeps its hold.

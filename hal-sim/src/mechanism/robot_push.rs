@@ -23,7 +23,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     used_in: &[("duration_s", "course", &[0.0, 2.0]), ("servo_damping_ratio", "course", &[2.0])],
     sized: &[],
     equation: "F = F_0·tanh((K·(s − x) + D·(ds/dt − v))/F_0)·exp(−(t/T)⁸) on the robot from first contact, D = 2ζ√(K·m_R) or 0, or until x = 0 instead of T; s = v₀·t until t_r, then brakes with a and stands",
-    source: "saturating position control; up to about 150 N",
+    source: "saturating position control; up to about 150 N; from tens of N/m where an arm is impedance-controlled, to a stiff position controller's",
     parameters: &[
         Parameter {
             name: "force_N",
@@ -42,7 +42,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             meaning: "stiffness K of the position controller",
             null: None,
             range: (1.0, 1e6),
-            plausible: (200.0, 5e5),
+            plausible: (50.0, 5e5),
             typical: 2e4,
             scale: Scale::Logarithmic,
             search: Search::OneOf(&[4e2, 2e4, 2e5]),

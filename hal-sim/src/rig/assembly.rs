@@ -153,8 +153,10 @@ pub struct Element {
     pub without_play: f64,
     /// The tension that it bears before the robot comes off it, N; 0: none.
     pub pull_off_n: f64,
-    /// How far apart robot and element are when that tension has fallen to nothing, m; 0: at once.
+    /// How far apart robot and element are when that tension has come to nothing, m; 0: at once.
     pub neck_m: f64,
+    /// The power of that distance with which it falls: 1 evenly, a high one holds it until it tears.
+    pub neck_power: f64,
     /// Laws that add to the linear force; those that depend on the elastic force come after the elastic ones.
     pub laws: Vec<Box<dyn ForceLaw>>,
 }
@@ -170,6 +172,7 @@ impl Element {
             without_play: 1.0,
             pull_off_n: 0.0,
             neck_m: 0.0,
+            neck_power: 1.0,
             laws: Vec::new(),
         }
     }

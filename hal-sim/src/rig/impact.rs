@@ -113,7 +113,7 @@ impl Motion {
         self.intervals.iter().zip(touched_again_s).filter_map(|((_, end_s), until_s)| Some(((*end_s)?, until_s)))
     }
 
-    /// One for each separation of a pad that sticks: the tension falls as the robot goes away.
+    /// One for each separation of a pad that sticks: the tension falls as the robot goes away, or holds until it tears.
     fn necks(&self) -> Vec<Neck> {
         let touched = self.system.assembly.touched();
         if touched.pull_off_n == 0.0 || touched.neck_m == 0.0 {
@@ -130,9 +130,11 @@ impl Motion {
 
     /// What pulls at an instant, N: from the piece to the robot, and on the cell.
     fn neck_n(&self, time_s: f64) -> f64 {
+        let power = self.system.assembly.touched().neck_power;
         let pull_n = |neck: &Neck| {
             let part = (time_s - neck.from_s) / neck.lasts_s;
-            if (0.0..1.0).contains(&part) && time_s < neck.until_s { neck.pull_n * (1.0 - part) } else { 0.0 }
+            let pulls = (0.0..1.0).contains(&part) && time_s < neck.until_s;
+            if pulls { neck.pull_n * (1.0 - part.powf(power)) } else { 0.0 }
         };
         self.necks.iter().map(pull_n).sum()
     }

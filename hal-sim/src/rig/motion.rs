@@ -1091,7 +1091,8 @@ impl System {
         let instant = self.instant(time_s, state, mode);
         mode.touching = false;
         // What the neck takes until it breaks, it takes at once: a millisecond in which the robot hardly slows.
-        let torn_j = 0.5 * self.pull_off_n * self.assembly.touched().neck_m;
+        let touched = self.assembly.touched();
+        let torn_j = self.pull_off_n * touched.neck_m * touched.neck_power / (touched.neck_power + 1.0);
         let left_m2_per_s2 = (state[1] * state[1] - 2.0 * torn_j / self.tip_kg).max(0.0);
         state[1] = left_m2_per_s2.sqrt().copysign(state[1]);
         if self.form == PieceForm::Massive {
