@@ -459,6 +459,48 @@ fn a_sway_that_grows_with_the_speed_is_told_from_one_that_does_not() {
     }
 }
 
+/// A sway that is met at the same moment each time has three numbers, not one more for each impact: a weak one is found, too.
+#[test]
+fn a_sway_that_the_program_always_meets_alike_is_told_as_that() {
+    let folder = TempDir::new().unwrap();
+    let sway = "link-oscillation:amplitude_m_per_s=0.006,frequency_Hz=5,repeats=1,common_phase_rad=-1";
+    campaign(&folder, "sway", &[&RIG, &["--mechanism", sway, "--seed", "5"][..]].concat());
+    let text = succeeds(&folder, &["diagnose", "sway", "--only", "link-oscillation", "--json", "-"]);
+    let answer: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(answer["verdict"], "named", "{answer}");
+    let named = &answer["mechanisms"][0];
+    let [repeats, hz] = ["repeats", "frequency_Hz"].map(|name| value_of(named, name));
+    assert!(repeats == 1.0 && (hz - 5.0).abs() < 0.5, "{repeats} {hz}");
+    assert!(named["parameters"].as_array().unwrap().iter().all(|one| one["name"] != "phase_rad"), "{answer}");
+}
+
+/// A zone of one stress pulls as much until it tears; a neck whose pull falls with the distance leaves something of it.
+#[test]
+fn a_pull_may_hold_until_it_tears() {
+    let folder = TempDir::new().unwrap();
+    let tacky = "adhesion:pull_off_N=4,neck_m=3e-4,holds=1,power=20";
+    let more = ["--repeats", "2", "--noise", "0.1", "--mechanism", tacky, "--seed", "5"];
+    campaign(&folder, "tacky", &[&RIG, &more[..]].concat());
+    let text = succeeds(&folder, &["diagnose", "tacky", "--only", "adhesion", "--json", "-"]);
+    let answer: Value = serde_json::from_str(&text).unwrap();
+    let named = &answer["mechanisms"][0];
+    let [pull_n, neck_m, holds] = ["pull_off_N", "neck_m", "holds"].map(|name| value_of(named, name));
+    assert_eq!((holds, &answer["verdict"]), (1.0, &"named".into()), "{answer}");
+    assert!((pull_n - 4.0).abs() < 0.4 && (neck_m - 3e-4).abs() < 5e-5, "{pull_n} {neck_m}");
+}
+
+/// A hum is on the force alone, and is worth its name by what the force shows, whatever a gauge is told of friction.
+#[test]
+fn a_hum_need_not_outweigh_what_a_gauge_gains() {
+    let folder = TempDir::new().unwrap();
+    let rubs = "load-dependent-friction:coefficient=0.03";
+    let hums = "mains-hum:amplitude_N=0.2,frequency_Hz=50";
+    let more = ["--displacement", "1e-6", "--mechanism", rubs, "--mechanism", hums, "--seed", "5"];
+    campaign(&folder, "gauge", &[&RIG, &more[..]].concat());
+    let few = ["--only", "load-dependent-friction", "--only", "mains-hum"];
+    assert_eq!(names(&folder, &[&["gauge"], &few[..]].concat()), ["load-dependent-friction", "mains-hum"]);
+}
+
 /// A stop that loses energy is, without its loss, many times as stiff, and comes sooner; what that leaves is little beside what it explains.
 #[test]
 fn a_stop_may_lose_energy() {
@@ -818,7 +860,7 @@ fn what_only_a_finer_channel_shows_is_a_trace() {
             let found = answer[list].as_array().unwrap().iter().find(|entry| entry["id"] == id).cloned();
             found.map(|entry| entry["because"].as_str().unwrap().to_owned()).unwrap_or_default()
         };
-        assert!(because("rejected", "viscous-damping").starts_with("only a finer channel shows it"), "{answer}");
+        assert!(because("rejected", "viscous-damping").starts_with("what is observed hardly shows it"), "{answer}");
         assert!(!because("mechanisms", "pose-dependent-mass").contains("too little"), "{answer}");
     }
 }

@@ -118,6 +118,13 @@ impl Effect {
             && (parameter.search != Search::Again || self.values[place] < parameter.range.1)
     }
 
+    /// Whether every impact has a value of its own for one of its parameters, in its form.
+    #[must_use]
+    pub fn is_of_each_impact(&self) -> bool {
+        let mut parameters = self.mechanism.parameters.iter().enumerate();
+        parameters.any(|(place, parameter)| parameter.is_of_each_impact() && self.takes_part(place))
+    }
+
     /// The same, with the values that it has, in each form that is tried later.
     #[must_use]
     pub fn later_forms(&self) -> Vec<Self> {

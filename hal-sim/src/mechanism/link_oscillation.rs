@@ -4,13 +4,13 @@
 //! accelerated by −2πf·A·sin(2πf·t + φ), as by gravity: the heavy links hardly feel the rig. A lighter one, of a part μ of
 //! the effective mass behind a joint of that mode, is at −A/(2πf·μ)·sin φ ahead of the tip when that meets the rig,
 //! −A/μ·cos φ faster, and answers the contact as an elastic joint does. The n-th impact of a campaign
-//! has φ = φ₀ + n·Δφ: 0 where the same program always meets the rig at the same moment of its sway, anything where
-//! the approach differs. A is the same in every impact, or in proportion to the speed of approach, as what starting to
+//! has φ = φ₀ + n·Δφ, which may be anything where the approach differs; where the same program always meets the rig at the same moment of
+//! its sway, every impact has φ₀. A is the same in every impact, or in proportion to the speed of approach, as what starting to
 //! that speed leaves behind.
 //!
 //! Source: paper 2, link modes of 1 to 13 Hz; two bodies on a spring, whose momentum is kept.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::{Effect, Group, Mechanism, Needed, Parameter, Scale, Search, Site};
 use crate::rig::{Approach, Assembly, Sway};
@@ -23,9 +23,15 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     exact: false,
     by_configuration: &[],
     by_recording: &[],
-    used_in: &[("link_fraction", "answers", &[1.0])],
+    used_in: &[
+        ("link_fraction", "answers", &[1.0]),
+        ("with_speed", "repeats", &[0.0]),
+        ("phase_rad", "repeats", &[0.0]),
+        ("phase_step_rad", "repeats", &[0.0]),
+        ("common_phase_rad", "repeats", &[1.0]),
+    ],
     sized: &[],
-    equation: "dx_free/dt = v + A·cos(2πf·t + φ_0 + n·Δφ), A or A·v/(0.25 m/s), n the place of the impact in the campaign; a link that answers: tip m_R(1−μ) and link m_R·μ on k_j = (2πf)²·m_R·μ(1−μ)",
+    equation: "dx_free/dt = v + A·cos(2πf·t + φ), A or A·v/(0.25 m/s), φ = φ_0 + n·Δφ, n the place of the impact in the campaign, or one φ for all; a link that answers: tip m_R(1−μ) and link m_R·μ on k_j = (2πf)²·m_R·μ(1−μ)",
     source: "paper 2: link modes of 1 to 13 Hz",
     parameters: &[
         Parameter {
@@ -84,6 +90,18 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             search: Search::FormWith(Needed::Speeds, &[0.0, 1.0], 1),
             ..Parameter::EITHER
         },
+        Parameter {
+            name: "repeats",
+            meaning: "0: every impact comes at a phase of its own, 1: all at the same moment of the same sway",
+            search: Search::LaterForm(&[1.0]),
+            ..Parameter::EITHER
+        },
+        Parameter {
+            name: "common_phase_rad",
+            meaning: "phase at the contact of every impact; 0 where the sway is fastest towards the rig",
+            search: Search::OneOf(&[-FRAC_PI_2, 0.0, FRAC_PI_2, PI]),
+            ..Parameter::ANGLE
+        },
     ],
     signature: "sway of displacement and speed before contact; peaks that scatter more than the speed is uncertain, slow pulses the most",
     confused_with: &["speed-error", "joint-elasticity", "robot-push"],
@@ -92,13 +110,19 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    let with_speed = effect.form(6) == 1;
+    let repeats = effect.form(7) == 1;
+    // At another speed a program comes at another moment.
+    let with_speed = effect.form(6) == 1 && !repeats;
     let times = if with_speed { assembly.approach.speed_m_per_s / Approach::REDUCED_SPEED_M_PER_S } else { 1.0 };
     assembly.sway = Some(Sway {
         link_fraction: if effect.form(4) == 1 { effect.value(5) } else { 0.0 },
         amplitude_m_per_s: effect.value(0) * times,
         pulsation_per_s: TAU * effect.value(1),
-        phase_rad: effect.value(2) + f64::from(assembly.approach.order) * effect.value(3),
+        phase_rad: if repeats {
+            effect.value(8)
+        } else {
+            effect.value(2) + f64::from(assembly.approach.order) * effect.value(3)
+        },
     });
 }
 
@@ -139,6 +163,17 @@ mod tests {
                 let sways = speed + amplitude * (TAU * 7.0 * time + 0.5 + 3.0).cos();
                 near("free", fall.value(Quantity::Velocity, time), sways, 1e-6);
             }
+        }
+    }
+
+    /// Whatever number an impact has.
+    #[test]
+    fn the_same_program_may_always_come_at_the_same_moment() {
+        let repeats = format!("{EFFECT},repeats=1,common_phase_rad=-0.8");
+        let rig = Rig { gravity_m_per_s2: 0.0, ..Rig::fall() };
+        for order in [0, 5] {
+            let fall = strike_as(rig, Approach { order, ..Approach::new(0.2, 6.0) }, &[&repeats]);
+            near("free", fall.value(Quantity::Velocity, 0.1), 0.2 + 0.02 * (TAU * 0.7 - 0.8).cos(), 1e-6);
         }
     }
 

@@ -38,8 +38,8 @@ pub enum Search {
     Form(&'static [f64]),
     /// The same, of a campaign that has what it is about: without that some forms are like others, and there are only so many of them.
     FormWith(Needed, &'static [f64], usize),
-    /// At its typical value, and held there; at each of these where the best model with that leaves something: a form that is not worth a search of its
-    /// own, since it only adds something.
+    /// At its typical value, and held there; at each of these where the best model with that leaves something, or where it is one value for all
+    /// impacts instead of one for each: a form that is not worth a search of its own.
     LaterForm(&'static [f64]),
     /// Spread over the plausible range.
     Plausible,

@@ -91,7 +91,7 @@ impl Entrant {
     fn begins_own(&self, place: usize) -> bool {
         let parameters = self.effect.mechanism().parameters;
         let is_own = parameters[place].is_of_each_impact() && parameters[place].search != Search::Again;
-        is_own || !parameters.iter().any(Parameter::is_of_each_impact)
+        is_own || !self.effect.is_of_each_impact()
     }
 
     /// Whether it may happen several times in a recording.
@@ -104,8 +104,7 @@ impl Entrant {
     /// Whether it has a value of its own for each impact or recording.
     #[must_use]
     pub fn is_loose(&self) -> bool {
-        matches!(self.scope, Scope::EachRecording(_))
-            || self.effect.mechanism().parameters.iter().any(Parameter::is_of_each_impact)
+        matches!(self.scope, Scope::EachRecording(_)) || self.effect.is_of_each_impact()
     }
 
     /// Whether it acts in every recording, in each as in the others.

@@ -16,7 +16,7 @@
 
 use nalgebra::DVector;
 use rayon::prelude::*;
-use thud_sim::mechanism::{Effect, Mechanism, Parameter, Scale, Search};
+use thud_sim::mechanism::{Effect, Mechanism, Scale, Search};
 use thud_sim::rig::Impact;
 
 use super::candidate::Reach;
@@ -200,8 +200,7 @@ impl Projection<'_> {
     fn each(&self, mechanism: &Mechanism, signature: &[Vec<f64>], tried: &Effect) -> Option<Screened> {
         let strength = &mechanism.parameters[0];
         // Where a signature stands in each recording has been chosen for one strength: that is freed once it stands (`instants.rs`).
-        let is_placed = mechanism.parameters.iter().any(Parameter::is_of_each_impact);
-        if !mechanism.by_recording.contains(&strength.name) || is_placed || !has_usual_form(tried) {
+        if !mechanism.by_recording.contains(&strength.name) || tried.is_of_each_impact() || !has_usual_form(tried) {
             return None;
         }
         let count = signature.len() as f64;
@@ -294,7 +293,8 @@ fn turned(shown: Shown<'_>, effect: &Effect) -> Option<(Vec<f64>, Vec<Vec<f64>>)
         effect.set_value(place, value).ok()?;
         shown.signature(&Entrant::everywhere(effect))
     };
-    let Some(place) = parameters.iter().position(Parameter::is_of_each_impact) else {
+    let is_own = |place: &usize| parameters[*place].is_of_each_impact() && effect.takes_part(*place);
+    let Some(place) = (0..parameters.len()).find(is_own) else {
         let mut change = at(0, effect.value(0))?;
         if either_sign(effect) {
             // Half of the difference of both signs: its bend is not mistaken for what nothing imitates.

@@ -728,6 +728,7 @@ impl Selecting<'_> {
             let wanted = if last { self.to_beat } else { f64::INFINITY };
             let breadth = if number == 0 && !here.asks() { Breadth::FAINT } else { Breadth::MORE };
             let trials = refit(self.problem, &here.trial.fit, &scores, here.rest, breadth, self.part, wanted);
+            let trials: Vec<Trial> = trials.into_iter().map(|trial| self.in_common(trial)).collect();
             if number == 0 {
                 self.firsts.clone_from(&trials);
             }
@@ -815,31 +816,50 @@ impl Selecting<'_> {
             return Some(from);
         }
         let Fit { layout, point, .. } = &from.trial.fit;
-        let begun = |(place, form): (usize, Effect)| {
-            let fewer = layout.without(self.problem, place);
-            let others = fewer.start_from(self.problem, layout, point);
-            let beside = |effect: Effect| {
-                let with = fewer.with(self.problem, Entrant { effect, ..layout.entrants[place].clone() });
-                let here = with.start_from(self.problem, &fewer, &others);
-                beside_or_as_stated(self.problem, with, here, self.part)
-            };
-            // What it adds, the mechanism may have made up for far from where it belongs.
-            let reach = Reach::of(self.problem, Vec::new());
-            let starts: Vec<Effect> = reach.starts_of(form.clone()).into_iter().chain([form]).collect();
-            let mut fits: Vec<Fit> = starts.into_par_iter().filter_map(beside).collect();
-            fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-            fits.truncate(BEGUN);
-            fits.into_iter().map(|fit| Trial::new(self.problem, fit.further(self.problem, self.part, Effort::FULL)))
-        };
         let forms = (0..layout.entrants.len()).flat_map(|place| {
             let here = layout.effect(self.problem, place, point);
             here.later_forms().into_iter().map(move |form| (place, form))
         });
-        let lightest = forms.flat_map(begun).min_by(|a, b| a.bic.total_cmp(&b.bic));
+        let trials = forms.flat_map(|(place, form)| self.in_form(&from.trial.fit, place, &form));
+        let lightest = trials.min_by(|a, b| a.bic.total_cmp(&b.bic));
         match lightest.filter(|other| other.bic < from.trial.bic - ENOUGH) {
             Some(other) => Standing::of(self.problem, other, self.part),
             None => Some(from),
         }
+    }
+
+    /// A model whose last mechanism has no longer a value of its own for each impact, where it has such a form and that is better.
+    fn in_common(&self, trial: Trial) -> Trial {
+        let Fit { layout, point, .. } = &trial.fit;
+        let last = layout.entrants.len() - 1;
+        let here = layout.effect(self.problem, last, point);
+        if !here.is_of_each_impact() {
+            return trial;
+        }
+        let forms = here.later_forms().into_iter().filter(|form| !form.is_of_each_impact());
+        let trials = forms.flat_map(|form| self.in_form(&trial.fit, last, &form));
+        let lightest = trials.min_by(|a, b| a.bic.total_cmp(&b.bic)).filter(|other| other.bic < trial.bic);
+        lightest.unwrap_or(trial)
+    }
+
+    /// A model with the mechanism in one place in another form, fitted from the likeliest starts.
+    fn in_form(&self, fit: &Fit, place: usize, form: &Effect) -> Vec<Trial> {
+        let Fit { layout, point, .. } = fit;
+        let fewer = layout.without(self.problem, place);
+        let others = fewer.start_from(self.problem, layout, point);
+        let beside = |effect: Effect| {
+            let with = fewer.with(self.problem, Entrant { effect, ..layout.entrants[place].clone() });
+            let here = with.start_from(self.problem, &fewer, &others);
+            beside_or_as_stated(self.problem, with, here, self.part)
+        };
+        // What it adds, the mechanism may have made up for far from where it belongs.
+        let reach = Reach::of(self.problem, Vec::new());
+        let starts: Vec<Effect> = reach.starts_of(form.clone()).into_iter().chain([form.clone()]).collect();
+        let mut fits: Vec<Fit> = starts.into_par_iter().filter_map(beside).collect();
+        fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        fits.truncate(BEGUN);
+        let followed = |fit: Fit| Trial::new(self.problem, fit.further(self.problem, self.part, Effort::FULL));
+        fits.into_iter().map(followed).collect()
     }
 
     /// What one mechanism of a model is confused with in its place, refitted from where the model is.
