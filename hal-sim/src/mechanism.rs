@@ -363,7 +363,8 @@ pub(crate) mod tests {
                         effect.set_value(forms_at, form).unwrap();
                         effect.set_value(place, value).unwrap();
                         assert_eq!(effect.takes_part(place), values.contains(&form), "{name} of {effect}");
-                        let impact = strike(rig, 1.2, 6.0, &[&effect.to_string()]);
+                        let second = Approach { order: 1, ..Approach::new(1.2, 6.0) };
+                        let impact = strike_as(rig, second, &[&effect.to_string()]);
                         times_s.iter().map(|time_s| impact.force_n(*time_s)).collect()
                     };
                     let (low, high) = parameter.plausible;

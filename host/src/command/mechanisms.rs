@@ -142,14 +142,18 @@ fn list() {
     crate::say!("\n`thud mechanisms ID` shows one in full; `docs/adding-a-mechanism.md` adds another.");
 }
 
-/// One mechanism in full, for a terminal of 100 columns.
+/// Columns of a terminal.
+const WIDTH: usize = 100;
+
+/// One mechanism in full, for a terminal.
 fn screen(mechanism: &'static Mechanism) -> String {
     use std::fmt::Write as _;
 
     let mut text = String::new();
     // Writing to a string cannot fail.
     let _ = writeln!(text, "{}  ({}, at the {})\n", mechanism.id, mechanism.group.name(), mechanism.site.name());
-    let _ = writeln!(text, "  {}\n", mechanism.equation);
+    let equation = textwrap::Options::new(WIDTH).initial_indent("  ").subsequent_indent("    ");
+    let _ = writeln!(text, "{}\n", textwrap::fill(mechanism.equation, equation));
     let mut table = Table::new(&[
         ("parameter", Side::Left),
         ("unit", Side::Left),
@@ -170,9 +174,12 @@ fn screen(mechanism: &'static Mechanism) -> String {
         ]);
     }
     let _ = writeln!(text, "{table}");
+    let names = mechanism.parameters.iter().map(|parameter| parameter.name.len());
+    let head_width = names.fold("confused with".len(), usize::max) + 2;
+    let below = " ".repeat(2 + head_width);
     let mut part = |head: &str, words: &str| {
-        let begin = format!("  {head:<16}");
-        let options = textwrap::Options::new(100).initial_indent(&begin).subsequent_indent("                  ");
+        let begin = format!("  {head:<head_width$}");
+        let options = textwrap::Options::new(WIDTH).initial_indent(&begin).subsequent_indent(&below);
         let _ = writeln!(text, "{}", textwrap::fill(words, options));
     };
     for parameter in mechanism.parameters {
