@@ -25,7 +25,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     used_in: &[("power", "holds", &[1.0])],
     sized: &[],
     equation: "the contact ends at P = −F_a instead of P = 0; then P = −F_a·(1 − (s/ℓ)^q) until the robot is s = ℓ away, q = 1 where it does not hold",
-    source: "pull-off force, Johnson, Kendall and Roberts (1971); 2 to 10 N for soft silicone and polyurethane",
+    source: "pull-off force, Johnson, Kendall and Roberts (1971); 2 to 10 N for soft silicone and polyurethane; a zone of one stress, Dugdale (1960)",
     parameters: &[
         Parameter {
             name: "pull_off_N",
