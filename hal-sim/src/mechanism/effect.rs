@@ -118,11 +118,22 @@ impl Effect {
             && (parameter.search != Search::Again || self.values[place] < parameter.range.1)
     }
 
-    /// Whether every impact has a value of its own for one of its parameters, in its form.
+    /// Whether every impact has a value of its own for the parameter in this place, in its form.
+    #[must_use]
+    pub fn is_own(&self, place: usize) -> bool {
+        self.mechanism.parameters[place].is_of_each_impact() && self.takes_part(place)
+    }
+
+    /// The same of one of its parameters, the first of them.
+    #[must_use]
+    pub fn first_own(&self) -> Option<usize> {
+        (0..self.values.len()).find(|place| self.is_own(*place))
+    }
+
+    /// Whether every impact has a value of its own for any of them.
     #[must_use]
     pub fn is_of_each_impact(&self) -> bool {
-        let mut parameters = self.mechanism.parameters.iter().enumerate();
-        parameters.any(|(place, parameter)| parameter.is_of_each_impact() && self.takes_part(place))
+        self.first_own().is_some()
     }
 
     /// The same, with the values that it has, in each form that is tried later.

@@ -110,19 +110,17 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    let repeats = effect.form(7) == 1;
     // At another speed a program comes at another moment.
-    let with_speed = effect.form(6) == 1 && !repeats;
+    let (with_speed, phase_rad) = match effect.form(7) {
+        1 => (false, effect.value(8)),
+        _ => (effect.form(6) == 1, effect.value(2) + f64::from(assembly.approach.order) * effect.value(3)),
+    };
     let times = if with_speed { assembly.approach.speed_m_per_s / Approach::REDUCED_SPEED_M_PER_S } else { 1.0 };
     assembly.sway = Some(Sway {
         link_fraction: if effect.form(4) == 1 { effect.value(5) } else { 0.0 },
         amplitude_m_per_s: effect.value(0) * times,
         pulsation_per_s: TAU * effect.value(1),
-        phase_rad: if repeats {
-            effect.value(8)
-        } else {
-            effect.value(2) + f64::from(assembly.approach.order) * effect.value(3)
-        },
+        phase_rad,
     });
 }
 

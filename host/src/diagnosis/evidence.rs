@@ -37,7 +37,7 @@ pub struct Contest {
     pub parameters: i64,
     /// Where it is added: in which part of trials chance does as much; none where that is not known.
     pub by_chance: Option<f64>,
-    /// Where only a finer channel shows it: by how much χ² of what is observed falls with it.
+    /// Where what is observed hardly shows it: by how much χ² of what is observed falls with it.
     pub trace: Option<f64>,
 }
 

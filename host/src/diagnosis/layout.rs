@@ -83,8 +83,7 @@ impl Entrant {
     /// Whether each impact or recording that it acts in has a value of its own for this parameter.
     #[must_use]
     pub fn is_own(&self, place: usize) -> bool {
-        let is_of_each_impact = self.effect.mechanism().parameters[place].is_of_each_impact();
-        (is_of_each_impact && self.effect.takes_part(place)) || self.is_by_recording(place)
+        self.effect.is_own(place) || self.is_by_recording(place)
     }
 
     /// Whether [`own`](Self::own) is of this parameter.

@@ -293,8 +293,7 @@ fn turned(shown: Shown<'_>, effect: &Effect) -> Option<(Vec<f64>, Vec<Vec<f64>>)
         effect.set_value(place, value).ok()?;
         shown.signature(&Entrant::everywhere(effect))
     };
-    let is_own = |place: &usize| parameters[*place].is_of_each_impact() && effect.takes_part(*place);
-    let Some(place) = (0..parameters.len()).find(is_own) else {
+    let Some(place) = effect.first_own() else {
         let mut change = at(0, effect.value(0))?;
         if either_sign(effect) {
             // Half of the difference of both signs: its bend is not mistaken for what nothing imitates.

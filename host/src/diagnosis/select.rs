@@ -249,7 +249,7 @@ fn is_no_trace(problem: &Problem, here: &Standing, larger: &Trial, part: Part<'_
     here.asks() || !is_trace(problem, &here.trial.fit, &larger.fit, part)
 }
 
-/// Whether what a larger model brings is seen in a finer channel only.
+/// Whether what a larger model brings is more than chance does, and hardly seen in what is observed: a finer channel shows it.
 fn is_trace(problem: &Problem, smaller: &Fit, larger: &Fit, part: Part<'_>) -> bool {
     problem.channels.len() > 1
         && chance_of(smaller.cost - larger.cost, 1) < BY_CHANCE
@@ -467,10 +467,10 @@ impl Selecting<'_> {
     /// equations. What acts on one channel alone bends to no other: a gauge's millions are not its business.
     fn burden(&self, trial: &Trial) -> f64 {
         let gained = self.gained(trial);
-        let observed = (self.missed_without() - self.missed(&trial.fit)).clamp(0.0, gained);
+        let observed = || (self.missed_without() - self.missed(&trial.fit)).clamp(0.0, gained);
         let loose = trial.fit.layout.entrants.iter().filter(|entrant| entrant.is_loose());
         let bent_to =
-            loose.map(|entrant| if entrant.effect.mechanism().is_of_one_channel() { observed } else { gained });
+            loose.map(|entrant| if entrant.effect.mechanism().is_of_one_channel() { observed() } else { gained });
         trial.bic + FURTHER * (bent_to.sum::<f64>() + trial.coincidences.len() as f64 * gained)
     }
 
@@ -820,8 +820,7 @@ impl Selecting<'_> {
             let here = layout.effect(self.problem, place, point);
             here.later_forms().into_iter().map(move |form| (place, form))
         });
-        let trials = forms.flat_map(|(place, form)| self.in_form(&from.trial.fit, place, &form));
-        let lightest = trials.min_by(|a, b| a.bic.total_cmp(&b.bic));
+        let lightest = self.lightest_in(&from.trial.fit, forms);
         match lightest.filter(|other| other.bic < from.trial.bic - ENOUGH) {
             Some(other) => Standing::of(self.problem, other, self.part),
             None => Some(from),
@@ -836,14 +835,17 @@ impl Selecting<'_> {
         if !here.is_of_each_impact() {
             return trial;
         }
-        let forms = here.later_forms().into_iter().filter(|form| !form.is_of_each_impact());
-        let trials = forms.flat_map(|form| self.in_form(&trial.fit, last, &form));
-        let lightest = trials.min_by(|a, b| a.bic.total_cmp(&b.bic)).filter(|other| other.bic < trial.bic);
-        lightest.unwrap_or(trial)
+        let forms = here.later_forms().into_iter().filter(|form| !form.is_of_each_impact()).map(|form| (last, form));
+        self.lightest_in(&trial.fit, forms).filter(|other| other.bic < trial.bic).unwrap_or(trial)
+    }
+
+    /// The lightest of models with a mechanism in another form: in which place, and which.
+    fn lightest_in(&self, fit: &Fit, forms: impl Iterator<Item = (usize, Effect)>) -> Option<Trial> {
+        forms.flat_map(|(place, form)| self.in_form(fit, place, form)).min_by(|a, b| a.bic.total_cmp(&b.bic))
     }
 
     /// A model with the mechanism in one place in another form, fitted from the likeliest starts.
-    fn in_form(&self, fit: &Fit, place: usize, form: &Effect) -> Vec<Trial> {
+    fn in_form(&self, fit: &Fit, place: usize, form: Effect) -> Vec<Trial> {
         let Fit { layout, point, .. } = fit;
         let fewer = layout.without(self.problem, place);
         let others = fewer.start_from(self.problem, layout, point);
@@ -854,7 +856,7 @@ impl Selecting<'_> {
         };
         // What it adds, the mechanism may have made up for far from where it belongs.
         let reach = Reach::of(self.problem, Vec::new());
-        let starts: Vec<Effect> = reach.starts_of(form.clone()).into_iter().chain([form.clone()]).collect();
+        let starts: Vec<Effect> = reach.starts_of(form.clone()).into_iter().chain([form]).collect();
         let mut fits: Vec<Fit> = starts.into_par_iter().filter_map(beside).collect();
         fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         fits.truncate(BEGUN);

@@ -112,10 +112,7 @@ fn of_each_impact(diagnosis: &Diagnosis, place: usize) -> Vec<(&'static str, Str
         );
         (parameter.name, values.collect::<Vec<_>>().join(", "))
     };
-    parameters
-        .filter(|(number, parameter)| parameter.is_of_each_impact() && effect.takes_part(*number))
-        .map(|(number, parameter)| of(number, parameter))
-        .collect()
+    parameters.filter(|(number, _)| effect.is_own(*number)).map(|(number, parameter)| of(number, parameter)).collect()
 }
 
 /// How the fit improves.
