@@ -440,6 +440,18 @@ fn what_hardly_yields_is_a_name_for_something_else() {
     }
 }
 
+/// The damping of a piece on its springs is a dashpot's law: one that is damped as nothing is has a dashpot beside it.
+#[test]
+fn a_piece_that_nothing_is_like_is_a_piece_and_a_dashpot() {
+    let folder = TempDir::new().unwrap();
+    let piece = "moving-piece-inertia:mass_kg=0.045,spring_damping_ratio=0.02";
+    let dashpot = "viscous-damping:damping_Ns_per_m=55,across=2";
+    let more = ["--repeats", "2", "--mechanism", piece, "--mechanism", dashpot, "--seed", "5"];
+    campaign(&folder, "piece", &[&RIG, &more[..]].concat());
+    let few = ["--only", "moving-piece-inertia", "--only", "viscous-damping", "--only", "hunt-crossley-damping"];
+    assert_eq!(names(&folder, &[&["piece"], &few[..]].concat()), ["moving-piece-inertia", "viscous-damping"]);
+}
+
 /// What starting leaves behind is larger after a fast start.
 #[test]
 fn a_sway_that_grows_with_the_speed_is_told_from_one_that_does_not() {

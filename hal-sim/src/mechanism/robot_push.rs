@@ -45,7 +45,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             plausible: (50.0, 5e5),
             typical: 2e4,
             scale: Scale::Logarithmic,
-            search: Search::OneOf(&[4e2, 2e4, 2e5]),
+            search: Search::OneOf(&[1e2, 4e2, 2e4, 2e5]),
         },
         Parameter {
             name: "duration_s",

@@ -8,6 +8,7 @@
 //!                                                  ─▶ of several: what each is confused with in its place, all else as it is
 //!                                                  ─▶ where that leaves something: forms that add to a mechanism
 //!                                                  ─▶ a third that brings little is dropped
+//!                                                  ─▶ one of a shape that nothing has: made likely, with another beside it
 //!                                                  ─▶ of what stands for each other, first what foretells best
 //! ```
 //!
@@ -35,7 +36,7 @@ use super::screen::{Screened, screen};
 use super::spectrum::{Hum, hum};
 use super::strangers::strangers;
 use super::unfold::{touching_again, unfolded};
-use super::verdict::{IMPOSSIBLE, SIGNIFICANT, UNLIKELY, WORTH, is_likely, remains};
+use super::verdict::{IMPOSSIBLE, SIGNIFICANT, UNLIKELY, WORTH, is_likely, made_likely, remains, unlikely};
 
 /// The first mechanism must take more off χ² than chance does in one trial of so many; thirty mechanisms are tried, from several starts
 /// each. Of 515 campaigns with traces of the usual imperfections one had a fall rarer than that, of one in 50,000, and none of 80 of another simulator; of
@@ -355,6 +356,7 @@ pub fn select(
     let here = selecting.in_later_form(here)?;
     let here = selecting.stripped(here)?;
     let here = selecting.without_a_third(here)?;
+    let here = selecting.made_likely(here, progress)?;
     selecting.meet_kin(&here);
     let here = selecting.foretelling(here)?;
     Some(selecting.selection(here))
@@ -546,11 +548,14 @@ impl Selecting<'_> {
         Some(here)
     }
 
-    /// Where more than one is named, the second is sought beside each of those as well that came nearest to the first: of two that are hidden each may be
-    /// imitated by a third, and what that leaves leads astray. And beside a plainer one of the same kind: friction that falls with the speed had taken the
-    /// air's part, and left what two others were named for.
+    /// Where more than one is named, or one that leaves a little, the second is sought beside each of those as well that came nearest to the first: of two
+    /// that are hidden each may be imitated by a third, and what that leaves leads astray. And beside a plainer one of the same kind: friction that falls
+    /// with the speed had taken the air's part, and left what two others were named for. Two instead of one have to leave nothing.
     fn begun_otherwise(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
-        if from.mechanisms() < 2 {
+        let leaves = |this: &Self, standing: &Standing| remains(&this.selection(standing.clone()));
+        // One that leaves much is begun anew first (`revised`).
+        let may_be_two = from.mechanisms() > 1 || from.mechanisms() == 1 && from.asks() && !leaves(self, &from);
+        if !may_be_two {
             return Some(from);
         }
         let lowest = self.firsts.iter().map(|first| self.missed(&first.fit)).fold(f64::INFINITY, f64::min);
@@ -577,14 +582,16 @@ impl Selecting<'_> {
         for first in firsts {
             progress("is it another two");
             let begun = Standing::of(self.problem, first, self.part)?;
+            let left_something = leaves(self, &here);
             let rivals = std::mem::take(&mut self.rivals);
             let (most, to_beat) = (self.most, self.to_beat);
             (self.most, self.to_beat) = (2, self.burden(&here.trial));
             let grown = self.grow(begun, progress);
             (self.most, self.to_beat) = (most, to_beat);
             let grown = grown?;
-            let leaves = |standing: &Standing| remains(&self.selection(standing.clone()));
-            let is_better = self.is_lighter(&grown.trial, &here.trial) && (leaves(&here) || !leaves(&grown));
+            let is_better = self.is_lighter(&grown.trial, &here.trial)
+                && (left_something || !leaves(self, &grown))
+                && (here.mechanisms() > 1 || !grown.asks());
             if is_better {
                 here = self.settled(grown, progress)?;
             } else {
@@ -660,7 +667,11 @@ impl Selecting<'_> {
         let Some(pair) = lightest.filter(|pair| self.is_lighter(pair, &from.trial)) else { return Some(from) };
         let begun = Standing::of(self.problem, pair, self.part)?;
         let rivals = std::mem::take(&mut self.rivals);
-        let here = self.settled(begun, progress)?;
+        let mut here = self.settled(begun, progress)?;
+        // The first may have come first only beside the other's part.
+        if remains(&self.selection(here.clone())) {
+            here = self.substituted(here, progress)?;
+        }
         if self.is_lighter(&here.trial, &from.trial) && !remains(&self.selection(here.clone())) {
             return Some(here);
         }
@@ -805,6 +816,35 @@ impl Selecting<'_> {
             self.rivals.extend(instead);
             let Some((place, trial)) = lightest else { break };
             here = self.exchange(here, place, trial)?;
+        }
+        Some(here)
+    }
+
+    /// One mechanism in a shape that nothing has may have another's part in it, as the damping of a piece on its springs has a dashpot's: taken back to
+    /// what is likely, it leaves that part to another. Two of which each is likely stand instead where they leave nothing and cannot be told from it.
+    fn made_likely(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
+        let is_unlikely = from.mechanisms() == 1 && unlikely(&self.selection(from.clone()), 0).is_some();
+        if !is_unlikely {
+            return Some(from);
+        }
+        progress("has it another's part in it");
+        let Fit { layout, cost, .. } = &from.trial.fit;
+        let base = Fit::at(self.problem, layout.clone(), made_likely(&from.trial.fit), self.part)?;
+        let tangent = base.tangent(self.problem, self.part)?;
+        let rest = omnibus(self.problem, &base, &tangent);
+        let scores = self.scores(&base, &tangent, &base);
+        let trials = refit(self.problem, &base, &scores, rest, Breadth::MORE, self.part, *cost);
+        let is_as_good = |trial: &Trial| {
+            trial.bic < from.trial.bic + WITHIN_REACH && !trial.fit.layout.is_loose() && is_likely(&trial.fit)
+        };
+        let two = trials.into_iter().filter(is_as_good).min_by(|a, b| a.bic.total_cmp(&b.bic));
+        let Some(two) = two else { return Some(from) };
+        let here = Standing::of(self.problem, two, self.part)?;
+        let rivals = std::mem::take(&mut self.rivals);
+        self.find_all_rivals(&here);
+        if remains(&self.selection(here.clone())) {
+            self.rivals = rivals;
+            return Some(from);
         }
         Some(here)
     }

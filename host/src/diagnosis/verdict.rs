@@ -10,7 +10,7 @@
 use thud_sim::mechanism::{Mechanism, Parameter, Scale};
 
 use super::fit::Fit;
-use super::layout::{Entrant, coordinate_of, value_of};
+use super::layout::{Entrant, Point, coordinate_of, value_of};
 use super::omnibus::Omnibus;
 use super::select::{Selection, Trial, WITHIN_REACH};
 
@@ -118,6 +118,19 @@ pub fn unlikely(selection: &Selection, place: usize) -> Option<Unlikely> {
 #[must_use]
 pub fn is_likely(fit: &Fit) -> bool {
     (0..fit.layout.entrants.len()).flat_map(|place| shapes(fit, place)).all(|shape| shape.beyond <= FAR)
+}
+
+/// Where a fit is, but for shapes that are far from anything likely: these are at the end of what is.
+#[must_use]
+pub fn made_likely(fit: &Fit) -> Point {
+    let mut point = fit.point.clone();
+    let shapes = (0..fit.layout.entrants.len()).flat_map(|place| shapes(fit, place));
+    for Shape { parameter, global, .. } in shapes.filter(|shape| shape.beyond > FAR) {
+        let (low, high) = parameter.plausible;
+        let here = &mut point.globals[global];
+        *here = here.clamp(coordinate_of(parameter, low), coordinate_of(parameter, high));
+    }
+    point
 }
 
 /// A parameter that shapes a mechanism.
