@@ -449,7 +449,13 @@ fn a_piece_that_nothing_is_like_is_a_piece_and_a_dashpot() {
     let more = ["--repeats", "2", "--mechanism", piece, "--mechanism", dashpot, "--seed", "5"];
     campaign(&folder, "piece", &[&RIG, &more[..]].concat());
     let few = ["--only", "moving-piece-inertia", "--only", "viscous-damping", "--only", "hunt-crossley-damping"];
-    assert_eq!(names(&folder, &[&["piece"], &few[..]].concat()), ["moving-piece-inertia", "viscous-damping"]);
+    let text = succeeds(&folder, &[&["diagnose", "piece", "--json", "-"], &few[..]].concat());
+    let answer: Value = serde_json::from_str(&text).unwrap();
+    let [piece, dashpot] = &answer["mechanisms"].as_array().unwrap()[..] else { panic!("{answer}") };
+    assert_eq!((&answer["verdict"], &piece["id"]), (&"named".into(), &"moving-piece-inertia".into()), "{answer}");
+    assert_eq!(dashpot["id"], "viscous-damping", "{answer}");
+    let because = dashpot["because"].as_str().unwrap();
+    assert!(because.contains("another has a shape that nothing has"), "{because}");
 }
 
 /// What starting leaves behind is larger after a fast start.

@@ -356,7 +356,7 @@ pub fn select(
     let here = selecting.in_later_form(here)?;
     let here = selecting.stripped(here)?;
     let here = selecting.without_a_third(here)?;
-    let here = selecting.made_likely(here, progress)?;
+    let here = selecting.divided(here, progress)?;
     selecting.meet_kin(&here);
     let here = selecting.foretelling(here)?;
     Some(selecting.selection(here))
@@ -822,7 +822,7 @@ impl Selecting<'_> {
 
     /// One mechanism in a shape that nothing has may have another's part in it, as the damping of a piece on its springs has a dashpot's: taken back to
     /// what is likely, it leaves that part to another. Two of which each is likely stand instead where they leave nothing and cannot be told from it.
-    fn made_likely(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
+    fn divided(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
         let is_unlikely = from.mechanisms() == 1 && unlikely(&self.selection(from.clone()), 0).is_some();
         if !is_unlikely {
             return Some(from);

@@ -194,6 +194,10 @@ pub fn because(diagnosis: &Diagnosis, place: usize) -> String {
         ));
     } else if let Some(deviations) = strength_in_deviations(diagnosis, place) {
         parts.push(format!("its strength is {deviations:.0} standard deviations from none"));
+        let worth = selection.worth.get(place).copied().unwrap_or(f64::INFINITY);
+        if worth < ENOUGH {
+            parts.push(format!("without it χ² is {worth:.0} higher, but another has a shape that nothing has"));
+        }
     }
     let scope = scope_words(diagnosis, entrant.scope);
     if !scope.is_empty() {
