@@ -3,6 +3,7 @@
 use maud::html;
 
 use super::{Blow, Demonstrated, RECORDINGS, Riddle};
+use crate::diagnosis::words::short;
 use crate::report::{ImpactReport, ImpactTruth, Report, words};
 
 /// The page of a demonstration; `beside` is the file name of the diagnosis' own page.
@@ -37,11 +38,11 @@ pub fn report(demonstrated: &Demonstrated, riddle: &Riddle, beside: &str) -> Rep
     }
     facts.extend(scenario.effects.iter().map(|effect| {
         let mechanism = effect.mechanism();
-        let values: Vec<String> = mechanism
-            .parameters
-            .iter()
-            .zip(effect.values())
-            .map(|(parameter, value)| format!("{}: {value:.3} {}", parameter.meaning, parameter.unit))
+        // Which form it has says no more to a reader than its equation would.
+        let parameters = mechanism.parameters.iter().zip(effect.values()).enumerate();
+        let told = parameters.filter(|(place, (parameter, _))| !parameter.is_form() && effect.takes_part(*place));
+        let values: Vec<String> = told
+            .map(|(_, (parameter, value))| format!("{}: {} {}", parameter.meaning, short(*value), parameter.unit))
             .collect();
         ("beyond the ideal impact".to_owned(), format!("{} ({})", mechanism.id, values.join(", ")))
     }));
