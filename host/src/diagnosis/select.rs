@@ -147,6 +147,8 @@ pub struct Selection {
     pub traces: Vec<(Trial, f64)>,
     /// By how much χ² grows without each mechanism of the best.
     pub worth: Vec<f64>,
+    /// Whether the others have likely shapes without it.
+    pub is_likely_without: Vec<bool>,
 }
 
 impl Trial {
@@ -407,6 +409,8 @@ impl Selecting<'_> {
     /// With what it came to.
     fn selection(&self, here: Standing) -> Selection {
         let worth = here.worth();
+        let is_likely_without =
+            here.fewer.iter().map(|fewer| fewer.as_ref().is_none_or(|fewer| is_likely(&fewer.fit))).collect();
         let (traces, rivals): (Vec<_>, Vec<_>) =
             self.rivals.iter().cloned().partition(|rival| self.is_trace_instead(&here, rival));
         let seen = |(place, trial): (usize, Trial)| {
@@ -438,7 +442,13 @@ impl Selecting<'_> {
             rivals,
             traces,
             worth,
+            is_likely_without,
         }
+    }
+
+    /// Whether it would leave something, beside the rivals that are known now.
+    fn leaves(&self, standing: &Standing) -> bool {
+        remains(&self.selection(standing.clone()))
     }
 
     /// By how much a model lowers χ².
@@ -552,9 +562,9 @@ impl Selecting<'_> {
     /// that are hidden each may be imitated by a third, and what that leaves leads astray. And beside a plainer one of the same kind: friction that falls
     /// with the speed had taken the air's part, and left what two others were named for. Two instead of one have to leave nothing.
     fn begun_otherwise(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
-        let leaves = |this: &Self, standing: &Standing| remains(&this.selection(standing.clone()));
+        let mut leaves = self.leaves(&from);
         // One that leaves much is begun anew first (`revised`).
-        let may_be_two = from.mechanisms() > 1 || from.mechanisms() == 1 && from.asks() && !leaves(self, &from);
+        let may_be_two = from.mechanisms() > 1 || from.mechanisms() == 1 && from.asks() && !leaves;
         if !may_be_two {
             return Some(from);
         }
@@ -582,7 +592,6 @@ impl Selecting<'_> {
         for first in firsts {
             progress("is it another two");
             let begun = Standing::of(self.problem, first, self.part)?;
-            let left_something = leaves(self, &here);
             let rivals = std::mem::take(&mut self.rivals);
             let (most, to_beat) = (self.most, self.to_beat);
             (self.most, self.to_beat) = (2, self.burden(&here.trial));
@@ -590,10 +599,11 @@ impl Selecting<'_> {
             (self.most, self.to_beat) = (most, to_beat);
             let grown = grown?;
             let is_better = self.is_lighter(&grown.trial, &here.trial)
-                && (left_something || !leaves(self, &grown))
+                && (leaves || !self.leaves(&grown))
                 && (here.mechanisms() > 1 || !grown.asks());
             if is_better {
                 here = self.settled(grown, progress)?;
+                leaves = self.leaves(&here);
             } else {
                 self.rivals = rivals;
             }
@@ -604,7 +614,7 @@ impl Selecting<'_> {
     /// Where something is left, or more is named than one steady mechanism, every one is begun anew: the fit may have gone astray, not
     /// the list.
     fn revised(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
-        let leaves = remains(&self.selection(from.clone()));
+        let leaves = self.leaves(&from);
         let is_plain = matches!(from.entrants(), [] | [_]) && !from.trial.fit.layout.is_loose();
         if is_plain && !leaves {
             return Some(from);
@@ -641,8 +651,7 @@ impl Selecting<'_> {
         let others: Vec<(usize, Trial)> = others.map(|trial| (0, trial)).collect();
         let rivals = std::mem::replace(&mut self.rivals, others);
         let here = self.settled(begun, progress)?;
-        let is_better =
-            self.is_lighter(&here.trial, &from.trial) && (leaves || !remains(&self.selection(here.clone())));
+        let is_better = self.is_lighter(&here.trial, &from.trial) && (leaves || !self.leaves(&here));
         if is_better {
             return Some(here);
         }
@@ -653,7 +662,7 @@ impl Selecting<'_> {
     /// Where something is left, each mechanism is begun together with what it is confused with. A pair that leaves something as well is no better:
     /// with two that take from each other much bends to much.
     fn paired(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
-        if !remains(&self.selection(from.clone())) {
+        if !self.leaves(&from) {
             return Some(from);
         }
         progress("is it two that take from each other");
@@ -668,11 +677,13 @@ impl Selecting<'_> {
         let begun = Standing::of(self.problem, pair, self.part)?;
         let rivals = std::mem::take(&mut self.rivals);
         let mut here = self.settled(begun, progress)?;
-        // The first may have come first only beside the other's part.
-        if remains(&self.selection(here.clone())) {
+        let mut leaves = self.leaves(&here);
+        if leaves {
+            // The first may have come first only beside the other's part.
             here = self.substituted(here, progress)?;
+            leaves = self.leaves(&here);
         }
-        if self.is_lighter(&here.trial, &from.trial) && !remains(&self.selection(here.clone())) {
+        if self.is_lighter(&here.trial, &from.trial) && !leaves {
             return Some(here);
         }
         self.rivals = rivals;
@@ -842,7 +853,7 @@ impl Selecting<'_> {
         let here = Standing::of(self.problem, two, self.part)?;
         let rivals = std::mem::take(&mut self.rivals);
         self.find_all_rivals(&here);
-        if remains(&self.selection(here.clone())) {
+        if self.leaves(&here) {
             self.rivals = rivals;
             return Some(from);
         }

@@ -117,15 +117,14 @@ pub fn unlikely(selection: &Selection, place: usize) -> Option<Unlikely> {
 /// Whether no shape of a fit's mechanisms is far from anything likely.
 #[must_use]
 pub fn is_likely(fit: &Fit) -> bool {
-    (0..fit.layout.entrants.len()).flat_map(|place| shapes(fit, place)).all(|shape| shape.beyond <= FAR)
+    all_shapes(fit).all(|shape| shape.beyond <= FAR)
 }
 
 /// Where a fit is, but for shapes that are far from anything likely: these are at the end of what is.
 #[must_use]
 pub fn made_likely(fit: &Fit) -> Point {
     let mut point = fit.point.clone();
-    let shapes = (0..fit.layout.entrants.len()).flat_map(|place| shapes(fit, place));
-    for Shape { parameter, global, .. } in shapes.filter(|shape| shape.beyond > FAR) {
+    for Shape { parameter, global, .. } in all_shapes(fit).filter(|shape| shape.beyond > FAR) {
         let (low, high) = parameter.plausible;
         let here = &mut point.globals[global];
         *here = here.clamp(coordinate_of(parameter, low), coordinate_of(parameter, high));
@@ -144,6 +143,11 @@ struct Shape {
     beyond: f64,
     /// From how many of its own deviations on it surely is.
     surely: f64,
+}
+
+/// The shapes of all mechanisms of a fit.
+fn all_shapes(fit: &Fit) -> impl Iterator<Item = Shape> {
+    (0..fit.layout.entrants.len()).flat_map(|place| shapes(fit, place))
 }
 
 /// The shapes of the mechanism in one place of a fit.

@@ -194,8 +194,8 @@ pub fn because(diagnosis: &Diagnosis, place: usize) -> String {
         ));
     } else if let Some(deviations) = strength_in_deviations(diagnosis, place) {
         parts.push(format!("its strength is {deviations:.0} standard deviations from none"));
-        let worth = selection.worth.get(place).copied().unwrap_or(f64::INFINITY);
-        if worth < ENOUGH {
+        let worth = selection.worth[place];
+        if worth < ENOUGH && !selection.is_likely_without[place] {
             parts.push(format!("without it χ² is {worth:.0} higher, but another has a shape that nothing has"));
         }
     }
