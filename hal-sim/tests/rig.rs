@@ -565,10 +565,9 @@ fn relaxing_springs_leave_the_cell_without_force_when_the_robot_has_gone() {
 #[test]
 fn a_hardening_spring_stops_the_robot_where_its_energy_is_used_up() {
     let (k, mass, speed, lock) = (25e3, 6.0, 0.3, 0.012);
-    let contact =
-        strike(&Rig::impact(k), speed, mass, &["hardening:growth_per_m=83.333333333333333,lock_m=0.012"], 0.1)
-            .truth()
-            .contacts[0];
+    let contact = strike(&Rig::impact(k), speed, mass, &["hardening:growth_per_m=83.333333333333333,exponent=1"], 0.1)
+        .truth()
+        .contacts[0];
     let top = contact.stroke_m;
     let stored = k * (-lock * top - lock * lock * (1.0 - top / lock).ln());
     assert_near("energy", stored, 0.5 * mass * speed * speed, 1e-7);
@@ -577,7 +576,7 @@ fn a_hardening_spring_stops_the_robot_where_its_energy_is_used_up() {
     // Far beyond the lock the tangent holds it, behind a pad too.
     let hard = Rig::impact(150e3).with_pad(15e3);
     let bottomed =
-        strike(&hard, 0.6, 12.0, &["hardening:growth_per_m=666.66666666666667,lock_m=0.003"], 0.1).truth().contacts[0];
+        strike(&hard, 0.6, 12.0, &["hardening:growth_per_m=666.66666666666667,exponent=2"], 0.1).truth().contacts[0];
     assert_near("speed after", bottomed.speed_after_m_per_s, -0.6, 1e-5);
 }
 
@@ -595,7 +594,7 @@ fn springs_of_duffing_and_hertz_stop_the_robot_where_its_energy_is_used_up() {
     let square = (120.0 * x).powi(2);
     assert_near("Duffing's energy", 0.5 * k * x * x * (1.0 + 0.5 * square), energy, 1e-7);
     assert_near("Duffing's peak", peak, k * x * (1.0 + square), 1e-4);
-    let (x, peak) = of("growth_per_m=50,lock_m=0.01,law=2");
+    let (x, peak) = of("growth_per_m=50,reference_m=0.01,law=2");
     let stiffer = (x / 0.01).sqrt();
     // Below a micrometre it is linear: 10⁻⁴ of the force at that depth.
     assert_near("Hertz' energy", k * x * x * stiffer / 2.5, energy, 1e-6);
@@ -634,9 +633,9 @@ fn pad_and_springs_that_are_alike_are_one_spring() {
     let padded = Rig::impact(25e3).with_pad(80e3);
     let one = Rig::impact(padded.effective_stiffness_n_per_m());
     for law in [
-        "hardening:growth_per_m=60,lock_m=0.02",
+        "hardening:growth_per_m=60,exponent=1.2",
         "hardening:growth_per_m=80,law=1",
-        "hardening:growth_per_m=50,lock_m=0.01,law=2",
+        "hardening:growth_per_m=50,reference_m=0.01,law=2",
         "rate-stiffening:per_e_fold=0.06,memory_s=0.5",
         "rate-stiffening:per_e_fold=0.03,law=1",
         "mullins-softening:excess=0.2,hits=3",

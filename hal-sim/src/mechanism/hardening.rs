@@ -5,11 +5,11 @@
 //! stiffness stands for (`whole`): then δ is what both together are pressed in.
 //!
 //! A pad that is pressed far less than to its locking depth shows p/δ_l alone, F = k·δ·(1 + δ·p/δ_l + …): that is the strength, g. How
-//! deep it would lock shows only near that depth.
+//! steep the lock is, and with it how deep, δ_l = p/g, shows only near that depth. (What is likely is p, a number of the law: a pad is as thick as it is.)
 //!
 //! A foam hardens from the first touch on; what is alike in push and pull only with the square of the depth, F = k·δ·(1 + (g·δ)²), as Duffing's spring
-//! does (law 1). Round bodies harden with a power of it, F = k·δ·(δ/δ_l)^(g·δ_l), half of one between balls, the most (law 2): δ_l is where the stated stiffness
-//! holds then, and nothing locks.
+//! does (law 1). Round bodies harden with a power of it, F = k·δ·(δ/δ_r)^(g·δ_r), half of one between balls, the most (law 2): δ_r is where the stated stiffness
+//! holds, and nothing locks.
 //!
 //! Source: locking-material law as used for foams and soft pads; δ_l 0.4 to 0.7 of the thickness. G. Duffing, Erzwungene Schwingungen bei
 //! veränderlicher Eigenfrequenz (1918). Power law: K. L. Johnson, Contact Mechanics (1985), ch. 4.
@@ -25,9 +25,9 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     exact: false,
     by_configuration: &[],
     by_recording: &[],
-    used_in: &[("lock_m", "law", &[0.0, 2.0])],
+    used_in: &[("exponent", "law", &[0.0]), ("reference_m", "law", &[2.0])],
     sized: &[],
-    equation: "F = k·δ/(1 − δ/lock)^(growth·lock), k·δ·(1 + (growth·δ)²) or k·δ·(δ/lock)^(growth·lock)",
+    equation: "F = k·δ/(1 − δ·growth/exponent)^exponent, k·δ·(1 + (growth·δ)²) or k·δ·(δ/reference)^(growth·reference)",
     source: "locking law, δ_l 0.4 to 0.7 of a pad of 7 to 21 mm; Duffing (1918); Johnson, Contact Mechanics (1985), ch. 4",
     parameters: &[
         Parameter {
@@ -42,9 +42,20 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             search: Search::Strength,
         },
         Parameter {
-            name: "lock_m",
+            name: "exponent",
+            unit: "1",
+            meaning: "how steeply it locks; exponent/growth is the depth at which the pad would be solid",
+            null: None,
+            range: (0.02, 10.0),
+            plausible: (0.7, 3.0),
+            typical: 1.0,
+            scale: Scale::Logarithmic,
+            search: Search::OneOf(&[1.0, 2.0]),
+        },
+        Parameter {
+            name: "reference_m",
             unit: "m",
-            meaning: "depth at which the pad would be solid; of law 2, at which the stated stiffness holds",
+            meaning: "depth at which the stated stiffness holds",
             null: None,
             range: (5e-4, 0.1),
             plausible: (0.0028, 0.015),
@@ -66,12 +77,15 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    let (growth_per_m, lock_m, whole) = (effect.value(0), effect.value(1), effect.form(3) == 1);
-    let exponent = growth_per_m * lock_m;
-    match effect.form(2) {
-        0 => assembly.obey(&Locking { exponent, lock_m, whole }, whole),
+    let [growth_per_m, exponent, reference_m] = [0, 1, 2].map(|place| effect.value(place));
+    let whole = effect.form(4) == 1;
+    match effect.form(3) {
+        0 => assembly.obey(&Locking { exponent, lock_m: exponent / growth_per_m, whole }, whole),
         1 => assembly.obey(&Duffing { growth_per_m, whole }, whole),
-        _ => assembly.obey(&Power { exponent: exponent.min(BALLS), lock_m, whole }, whole),
+        _ => {
+            let exponent = (growth_per_m * reference_m).min(BALLS);
+            assembly.obey(&Power { exponent, reference_m, whole }, whole);
+        }
     }
 }
 
@@ -92,12 +106,13 @@ impl ForceLaw for Locking {
             return Response::default();
         }
         let lock_m = self.lock_m / deformation.scale(self.whole);
-        let part = (deformation.depth_m / lock_m).min(TANGENT_FROM);
+        let locked_m = deformation.depth_m.min(TANGENT_FROM * lock_m);
+        let part = locked_m / lock_m;
         let steeper = (1.0 - part).powf(-self.exponent);
         let slope = steeper - 1.0 + part * self.exponent * steeper / (1.0 - part);
-        let beyond_m = deformation.depth_m - part * lock_m;
+        let beyond_m = deformation.depth_m - locked_m;
         Response {
-            force_n: deformation.linear_n_per_m * (part * lock_m * (steeper - 1.0) + slope * beyond_m),
+            force_n: deformation.linear_n_per_m * (locked_m * (steeper - 1.0) + slope * beyond_m),
             stiffness_n_per_m: deformation.linear_n_per_m * slope,
             ..Response::default()
         }
@@ -130,7 +145,7 @@ const SMOOTH_M: f64 = 1e-5;
 #[derive(Clone, Debug)]
 struct Power {
     exponent: f64,
-    lock_m: f64,
+    reference_m: f64,
     whole: bool,
 }
 
@@ -143,7 +158,7 @@ impl ForceLaw for Power {
         let scale = deformation.scale(self.whole);
         let depth_m = deformation.depth_m * scale;
         let square_m2 = depth_m * depth_m + SMOOTH_M * SMOOTH_M;
-        let stiffer = (square_m2.sqrt() / self.lock_m).powf(self.exponent);
+        let stiffer = (square_m2.sqrt() / self.reference_m).powf(self.exponent);
         let growing_per_m = stiffer * self.exponent * depth_m / square_m2 * scale;
         elastic.times(stiffer - 1.0, growing_per_m)
     }

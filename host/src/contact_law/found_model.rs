@@ -149,7 +149,7 @@ fn elastic(values: &Values, deepest_m: f64, is_straight: bool, because: &mut Vec
             for power in 1..=200 {
                 let exponent = 0.025 * f64::from(power);
                 let (stiffness, left) = scaled(&|depth| depth / (1.0 - depth / lock_m).powf(exponent));
-                let parameters = [("growth_per_m", exponent / lock_m), ("lock_m", lock_m)];
+                let parameters = [("growth_per_m", exponent / lock_m), ("exponent", exponent)];
                 if left < best.0 && Effect::new("hardening", &parameters).is_ok() {
                     best = (left, Elastic { stiffness_n_per_m: stiffness, hardening: Some(parameters) });
                 }
