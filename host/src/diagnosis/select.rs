@@ -779,6 +779,11 @@ impl Selecting<'_> {
             if larger.mechanisms() <= number {
                 // What has taken the others' place has had no rivals.
                 self.find_all_rivals(&larger);
+                // Another may have led a mechanism to where it belongs, and is not needed there: what it leaves then is still to be explained.
+                if larger.trial.bic < here.trial.bic - ENOUGH {
+                    here = larger;
+                    continue;
+                }
                 return Some(larger);
             }
             // Three that still leave a rest are no explanation: with enough of them anything bends to anything.
