@@ -561,6 +561,21 @@ fn relaxing_springs_leave_the_cell_without_force_when_the_robot_has_gone() {
     }
 }
 
+/// It falls from rest: v/g before contact it was let go, and hung at −v²/2g until then.
+#[test]
+fn what_is_dropped_hangs_until_it_is_let_go() {
+    let impact = strike(&Rig::drop(40e3), 0.3, 5.0, &[], 0.1);
+    let g = 9.806_65;
+    assert_near("let go", impact.released_s(), -0.3 / g, 1e-9);
+    let at = |quantity| impact.sample(quantity, &[-0.1, -0.3 / g - 1e-6, -0.01]);
+    let height = -0.045 / g;
+    for (position, expected) in at(Quantity::Position).into_iter().zip([height, height, -3e-3 + 0.5e-4 * g]) {
+        assert_near("position", position, expected, 1e-6);
+    }
+    assert_eq!(at(Quantity::Velocity)[..2], [0.0, 0.0]);
+    assert_eq!(at(Quantity::Acceleration), [0.0, 0.0, g]);
+}
+
 /// Energy, p = 1: ½mv² = k·(−L·x − L²·ln(1 − x/L)); the force is k·x/(1 − x/L).
 #[test]
 fn a_hardening_spring_stops_the_robot_where_its_energy_is_used_up() {

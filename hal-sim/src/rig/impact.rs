@@ -444,18 +444,33 @@ impl Impact {
         (time_s, value(time_s))
     }
 
+    /// When what is dropped is let go, s after contact: it falls from rest, v/g before. It never was, where nothing falls on the rig.
+    #[must_use]
+    pub fn released_s(&self) -> f64 {
+        let Assembly { kind, approach, gravity_m_per_s2, .. } = &self.motion.system.assembly;
+        match kind {
+            Kind::Drop if *gravity_m_per_s2 > 0.0 => -approach.speed_m_per_s / gravity_m_per_s2,
+            _ => f64::NEG_INFINITY,
+        }
+    }
+
     fn before(&self, quantity: Quantity, time_s: f64) -> f64 {
         let assembly = &self.motion.system.assembly;
         let sway = |of: fn(Sway, f64) -> f64, time_s: f64| assembly.sway.map_or(0.0, |sway| of(sway, time_s));
         let mean = || assembly.approach.speed_m_per_s - sway(Sway::velocity_m_per_s, 0.0);
+        // Until it is let go it hangs.
+        let falling_s = time_s.max(self.released_s());
         let gravity = assembly.gravity_m_per_s2;
         match (assembly.kind, quantity) {
             (Kind::Fall, _) => 0.0,
             (_, Quantity::Position) => {
-                mean() * time_s + 0.5 * gravity * time_s * time_s + sway(Sway::position_m, time_s)
+                mean() * falling_s + 0.5 * gravity * falling_s * falling_s + sway(Sway::position_m, time_s)
             }
-            (_, Quantity::Velocity) => mean() + gravity * time_s + sway(Sway::velocity_m_per_s, time_s),
-            (_, Quantity::Acceleration) => gravity + sway(Sway::acceleration_m_per_s2, time_s),
+            (_, Quantity::Velocity) => mean() + gravity * falling_s + sway(Sway::velocity_m_per_s, time_s),
+            (_, Quantity::Acceleration) => {
+                let falls = if falling_s > time_s { 0.0 } else { gravity };
+                falls + sway(Sway::acceleration_m_per_s2, time_s)
+            }
             _ => 0.0,
         }
     }

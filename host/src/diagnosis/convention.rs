@@ -30,6 +30,8 @@ const MOVES: f64 = 0.5;
 const SLOWEST: f64 = 0.1;
 /// And so sure, in deviations, is that a dropped mass does not fall.
 const SURELY: f64 = 6.0;
+/// In the last part of the time that a fall from rest takes to the stated speed it is seen to fall, however well that is known.
+const SURELY_FALLS: f64 = 0.8;
 /// A contact begins half of its duration before its peak and ends as long after it; masses, springs and losses move that by less than another
 /// tenth, of which a gauge at rest would still show no half of the speed.
 const BESIDE_PEAK: f64 = 0.6;
@@ -118,8 +120,12 @@ fn comes_steadily(loaded: &Loaded) -> bool {
         let times_s = recording.times_s();
         let Some(farthest) = highest(values) else { continue };
         let beside_s = BESIDE_PEAK * contact_time_s(&campaign.rig, entry.effective_mass_kg.value);
-        let met = times_s.partition_point(|time| *time < times_s[farthest] - beside_s);
-        let Some((bend, deviation)) = bend(&times_s[..met], &values[..met]) else { continue };
+        let until = |time_s: f64| times_s.partition_point(|time| *time < time_s);
+        let met_s = times_s[farthest] - beside_s;
+        // What falls from rest hangs before.
+        let falls_s = SURELY_FALLS * entry.impact_speed_m_per_s.value / campaign.rig.gravity_along_impact_m_per_s2;
+        let falling = until(met_s - falls_s)..until(met_s);
+        let Some((bend, deviation)) = bend(&times_s[falling.clone()], &values[falling]) else { continue };
         squares += deviation.powi(-2);
         weighted += bend * deviation.powi(-2);
     }

@@ -142,7 +142,7 @@ pub fn unlogged(
         values.resize(from + read_s.len(), 0.0);
         let series = &mut values[from..];
         impact.sample_into(channel.quantity, &read_s, series);
-        lifted(series, channel, &read_s);
+        lifted(series, channel, impact, &read_s);
         bent(series, channel.quantity, impact, &read_s, &bends, prepared);
         let zero = layout.local(point, recording, Role::Offset(number)).unwrap_or(0.0);
         averaged(series, &bends, converter_s2(layout, point, prepared));
@@ -189,7 +189,7 @@ pub fn raw(problem: &Problem, layout: &Layout, point: &Point, recording: usize) 
     let channel = &problem.channels[0];
     let shown_s = impact.shown_s(&since_s);
     let mut values = impact.sample(channel.quantity, &shown_s);
-    lifted(&mut values, channel, &shown_s);
+    lifted(&mut values, channel, &impact, &shown_s);
     let zero = layout.local(point, recording, Role::Offset(0)).unwrap_or(0.0);
     averaged(&mut values, &bends(&shown_s), converter_s2(layout, point, prepared));
     felt(channel, &impact, &shown_s, zero, &mut values);
@@ -199,11 +199,18 @@ pub fn raw(problem: &Problem, layout: &Layout, point: &Point, recording: usize) 
     Some(values)
 }
 
-/// Before contact a carriage may come at a constant speed and not as it falls.
-fn lifted(series: &mut [f64], channel: &ChannelModel, since_s: &[f64]) {
+/// Before contact a carriage may come at a constant speed and not as it falls from rest.
+fn lifted(series: &mut [f64], channel: &ChannelModel, impact: &Impact, since_s: &[f64]) {
     if channel.lift_m_per_s2 != 0.0 {
+        let released_s = impact.released_s();
         let before = series.iter_mut().zip(since_s).take_while(|(_, since_s)| **since_s < 0.0);
-        before.for_each(|(value, since_s)| *value -= 0.5 * channel.lift_m_per_s2 * since_s * since_s);
+        before.for_each(|(value, since_s)| {
+            let falling_s = since_s.max(released_s);
+            // It has hung since, and comes at the speed that it has met the rig with, -g·t of the release.
+            let hung_s = since_s - falling_s;
+            *value -= channel.lift_m_per_s2
+                * (0.5 * falling_s * falling_s + if hung_s < 0.0 { released_s * hung_s } else { 0.0 });
+        });
     }
 }
 

@@ -37,6 +37,11 @@ const COURSE: usize = 8;
 const MEANS_PER_COEFFICIENT: usize = 12;
 /// Instants of a release or a gap that are tried at a time.
 const INSTANTS: usize = 12;
+/// Fewer positions have no parabola beside their noise.
+const WAY: usize = 8;
+/// Parts of the way before contact that are looked at, and from how many standard deviations on a variance is larger than another.
+const COMING: [f64; 3] = [1.0, 0.7, 0.5];
+const SURELY_MORE: f64 = 6.0;
 /// It stood where that leaves less than this part of the squares.
 const STOOD: f64 = 0.8;
 /// Samples are missing where a gap leaves less than this part of the squares: of 400 times 96 means of noise that goes together (0.7 from one
@@ -337,6 +342,7 @@ impl Problem {
                 interval_s: recording.median_interval_s(),
                 contact_time_s: contact_time_s(&campaign.rig, entry.effective_mass_kg.value),
                 speed_m_per_s: entry.impact_speed_m_per_s.value,
+                gravity_m_per_s2: campaign.rig.gravity_along_impact_m_per_s2,
                 stated_noise: campaign.chain.noise_rms,
                 comes: comes.clone(),
             };
@@ -401,7 +407,10 @@ impl Problem {
                 let stated = if number == 0 { campaign.chain.noise_rms } else { 0.0 };
                 let seen = scatter(&prepared, number);
                 // What is stated and does not scatter from sample to sample is slow; what scatters is less in means over several.
-                let quick = third_differences(prepared.iter().map(|recording| recording.raw.values.as_slice()));
+                let quick = third_differences(prepared.iter().map(|recording| {
+                    let Samples { times_s, values, .. } = &recording.raw;
+                    (times_s.as_slice(), values.as_slice())
+                }));
                 let slow = (stated.powi(2) - quick.powi(2)).max(0.0).sqrt();
                 let seen = seen.max(quantum(&prepared, number) / 12.0_f64.sqrt());
                 let taken = seen.hypot(slow);
@@ -502,7 +511,7 @@ fn noises(rests: &[Rest], channel: usize, coloured: bool) -> Option<Vec<Noise>> 
 
 /// Noise as the scatter of neighbouring samples shows it, over all recordings.
 fn scatter(prepared: &[Prepared], channel: usize) -> f64 {
-    third_differences(prepared.iter().map(|recording| recording.series[channel].as_slice()))
+    third_differences(prepared.iter().map(|recording| (&recording.times_s[..], &recording.series[channel][..])))
 }
 
 /// Least difference of two neighbouring values that is not zero: the step of a quantiser, where there is one.
@@ -514,18 +523,25 @@ fn quantum(prepared: &[Prepared], channel: usize) -> f64 {
 }
 
 /// The scatter of one stretch.
-fn steps(values: &[f64]) -> f64 {
-    third_differences(std::iter::once(values))
+fn steps(times_s: &[f64], values: &[f64]) -> f64 {
+    third_differences(std::iter::once((times_s, values)))
 }
 
 /// The third difference of white noise has the variance 1 + 9 + 9 + 1, and of anything that is nearly a parabola over four samples
-/// nothing. The median, so that corners do not count.
-fn third_differences<'a>(stretches: impl Iterator<Item = &'a [f64]>) -> f64 {
-    let differences: Vec<f64> = stretches
-        .flat_map(|stretch| stretch.windows(4))
-        .map(|four| (four[3] - 3.0 * four[2] + 3.0 * four[1] - four[0]).abs())
-        .collect();
-    median(differences).map_or(0.0, |median| median / GAUSSIAN_MEDIAN / 20.0_f64.sqrt())
+/// nothing. Divided by the distances where these are not even: a falling body is millimetres on in the milliseconds by which a camera's instants
+/// stray. The median, so that corners do not count.
+fn third_differences<'a>(stretches: impl Iterator<Item = (&'a [f64], &'a [f64])>) -> f64 {
+    let difference = |(times, values): (&[f64], &[f64])| {
+        let weight = |place: usize| {
+            let others = times.iter().enumerate().filter(|(other, _)| *other != place);
+            others.map(|(_, other)| times[place] - other).product::<f64>().recip()
+        };
+        let weights = [0, 1, 2, 3].map(weight);
+        let sum: f64 = weights.iter().zip(values).map(|(weight, value)| weight * value).sum();
+        sum.abs() / weights.iter().map(|weight| weight * weight).sum::<f64>().sqrt()
+    };
+    let differences = stretches.flat_map(|(times, values)| times.windows(4).zip(values.windows(4)).map(difference));
+    median(differences.collect()).map_or(0.0, |median| median / GAUSSIAN_MEDIAN)
 }
 
 /// Middle and standard deviation of a stretch, as its medians tell them.
@@ -564,18 +580,18 @@ pub(super) fn contact_time_s(rig: &Rig, mass_kg: f64) -> f64 {
 /// What a fall shows beside standing still until it is let go and a smooth course from then on, a polynomial of some coefficients that may
 /// have one gap: noise, where means over so many samples are enough to tell them from it; else nothing. And when it is let go: the first sample, where nothing
 /// shows that it stood.
-fn beside_course(values: &[f64], averaged: usize) -> (Vec<f64>, usize) {
+fn beside_course(times_s: &[f64], values: &[f64], averaged: usize) -> (Vec<f64>, usize) {
     let means = values.len() / averaged;
     if means < COURSE * MEANS_PER_COEFFICIENT {
         return (Vec::new(), 0);
     }
-    let begun = beside_standing(values, 0);
-    let (release, standing) = least(0..=values.len() / 2, |release| beside_standing(values, release));
+    let begun = beside_standing(times_s, values, 0);
+    let (release, standing) = least(0..=values.len() / 2, |release| beside_standing(times_s, values, release));
     let (release, beside) =
         if standing.norm_squared() > STOOD * begun.norm_squared() { (0, begun) } else { (release, standing) };
-    let courses = courses(values.len() - release);
+    let courses = courses(&times_s[release..]);
     let gaps = release + COURSE..=values.len() - COURSE;
-    let (_, apart) = least(gaps, |gap| beside_gap(&beside, &courses, gap));
+    let (_, apart) = least(gaps, |gap| beside_gap(times_s, &beside, &courses, gap));
     // What the course, the place and the choice of each instant have taken of it.
     let (beside, taken) = if apart.norm_squared() > WHOLE * beside.norm_squared() {
         (beside, COURSE + 2)
@@ -603,29 +619,29 @@ fn least(places: RangeInclusive<usize>, left: impl Fn(usize) -> DVector<f64>) ->
 }
 
 /// Values without the mean of those before the release and the course of the others.
-fn beside_standing(values: &[f64], release: usize) -> DVector<f64> {
+fn beside_standing(times_s: &[f64], values: &[f64], release: usize) -> DVector<f64> {
     let (standing, falling) = values.split_at(release);
-    let courses = courses(falling.len());
+    let courses = courses(&times_s[release..]);
     let falling = DVector::from_column_slice(falling);
     let beside = &falling - &courses * courses.tr_mul(&falling);
     let level = if standing.is_empty() { 0.0 } else { mean(standing) };
     DVector::from_iterator(values.len(), standing.iter().map(|value| value - level).chain(beside.iter().copied()))
 }
 
-/// Orthonormal courses of so many values, polynomials: Chebyshev's, from -1 to 1, T_k(cos φ) = cos kφ.
-fn courses(values: usize) -> DMatrix<f64> {
-    let angle = |place: usize| (2.0 * place as f64 / (values - 1) as f64 - 1.0).clamp(-1.0, 1.0).acos();
-    DMatrix::from_fn(values, COURSE, |place, order| (order as f64 * angle(place)).cos()).qr().q()
+/// Orthonormal courses over some instants, polynomials: Chebyshev's, from -1 to 1, T_k(cos φ) = cos kφ.
+fn courses(times_s: &[f64]) -> DMatrix<f64> {
+    let (first_s, lasts_s) = (times_s[0], times_s[times_s.len() - 1] - times_s[0]);
+    let angle = |place: usize| (2.0 * (times_s[place] - first_s) / lasts_s - 1.0).clamp(-1.0, 1.0).acos();
+    DMatrix::from_fn(times_s.len(), COURSE, |place, order| (order as f64 * angle(place)).cos()).qr().q()
 }
 
 /// What is left beside the courses where, from one place on, values come so much later that they have jumped and go on at another speed.
-fn beside_gap(beside: &DVector<f64>, courses: &DMatrix<f64>, gap: usize) -> DVector<f64> {
+fn beside_gap(times_s: &[f64], beside: &DVector<f64>, courses: &DMatrix<f64>, gap: usize) -> DVector<f64> {
     let (all, falling) = (beside.len(), courses.nrows());
-    let since = |place: usize| (place + all - falling + 1).saturating_sub(gap);
-    let kinds = DMatrix::from_fn(falling, 2, |place, order| match (since(place), order) {
-        (0, _) => 0.0,
+    let kinds = DMatrix::from_fn(falling, 2, |place, order| match (place + all - falling, order) {
+        (place, _) if place < gap => 0.0,
         (_, 0) => 1.0,
-        (since, _) => since as f64,
+        (place, _) => times_s[place] - times_s[gap - 1],
     });
     let kinds = (&kinds - courses * courses.tr_mul(&kinds)).qr().q();
     let tail = beside.rows(all - falling, falling).clone_owned();
@@ -640,6 +656,7 @@ struct Raw<'a> {
     interval_s: f64,
     contact_time_s: f64,
     speed_m_per_s: f64,
+    gravity_m_per_s2: f64,
     /// Noise of the observed channel as stated, in its unit.
     stated_noise: f64,
     /// Which channels move before contact: they show the position of what comes.
@@ -690,11 +707,14 @@ impl Raw<'_> {
                 let quiet = &channel[..quiet_end.max(1)];
                 if fall {
                     // What falls is never quiet, but smooth.
-                    let (noise, let_go) = beside_course(channel, n);
+                    let (noise, let_go) = beside_course(self.times_s, channel, n);
                     release = let_go;
                     if even { without_mains(&noise, self.interval_s.recip()) } else { noise }
                 } else if *comes {
-                    without_way(&self.times_s[..quiet.len()], quiet, contact_guess_s)
+                    let released_s = (self.kind == RigKind::Drop && self.gravity_m_per_s2 > 0.0)
+                        .then(|| contact_guess_s - self.speed_m_per_s / self.gravity_m_per_s2);
+                    let coming = still_coming(&self.times_s[..quiet.len()], quiet);
+                    without_way(&self.times_s[..coming], &quiet[..coming], contact_guess_s, released_s)
                 } else {
                     quiet.to_vec()
                 }
@@ -802,7 +822,7 @@ impl Raw<'_> {
         let (mut zero, mut noise) = rest(values.get(..head)?)?;
         let highest = |zero: f64| values.iter().map(|value| (value - zero).abs()).fold(0.0, f64::max);
         if 5.0 * noise > 0.5 * highest(zero) {
-            while noise > LIVELIEST * self.stated_noise.max(steps(&values[..head])) && head > 4 {
+            while noise > LIVELIEST * self.stated_noise.max(steps(&self.times_s[..head], &values[..head])) && head > 4 {
                 head = (head / 2).max(4);
                 (zero, noise) = rest(&values[..head])?;
             }
@@ -826,16 +846,63 @@ fn comes(quantity: Quantity, kind: RigKind) -> bool {
     quantity == Quantity::Position && kind != RigKind::Fall
 }
 
-/// Freed of the parabola of a steady or falling approach, up to its value at this instant.
-fn without_way(times_s: &[f64], positions: &[f64], at_s: f64) -> Vec<f64> {
-    if positions.len() < 8 {
+/// How many positions are of the way before the rig is met, which is not where stated masses and springs have it: those whose last part is no less like a
+/// parabola than what comes before.
+fn still_coming(times_s: &[f64], positions: &[f64]) -> usize {
+    let counts =
+        COMING.map(|part| (part * positions.len() as f64) as usize).into_iter().filter(|count| *count > 2 * WAY);
+    let parts: Vec<(usize, f64, f64)> = counts
+        .map(|count| {
+            let rest = without_parabola(&times_s[..count], &positions[..count], times_s[0]);
+            (count, rest.iter().variance(), togetherness(&rest))
+        })
+        .collect();
+    let Some((count, least, together)) = parts.iter().min_by(|a, b| a.1.total_cmp(&b.1)) else {
+        return positions.len();
+    };
+    let by_chance = 1.0 + SURELY_MORE * (2.0 * together / *count as f64).sqrt();
+    let alike = parts.iter().find(|(_, variance, _)| *variance <= by_chance * least);
+    alike.map_or(positions.len(), |(count, ..)| *count)
+}
+
+/// Freed of the parabola of a steady or falling approach, up to its value at this instant; where what falls was let go within, and it shows, of where it
+/// hung before, too.
+fn without_way(times_s: &[f64], positions: &[f64], at_s: f64, released_s: Option<f64>) -> Vec<f64> {
+    let begun = without_parabola(times_s, positions, at_s);
+    let square =
+        |rest: &[f64]| rest.iter().map(|value| value * value).sum::<f64>() - mean(rest).powi(2) * rest.len() as f64;
+    let release = released_s.map_or(0, |released_s| times_s.partition_point(|time| *time < released_s));
+    let (hung, fell) = positions.split_at(release);
+    let Some(level) = median(hung.to_vec()).filter(|_| fell.len() >= WAY) else { return begun };
+    let fell = without_parabola(&times_s[release..], fell, at_s);
+    let zero = mean(&fell);
+    let apart: Vec<f64> = hung.iter().map(|value| value - level + zero).chain(fell).collect();
+    if square(&apart) < STOOD * square(&begun) { apart } else { begun }
+}
+
+/// Freed of their parabola, up to its value at this instant, and as much as they were before that took its part of them.
+fn without_parabola(times_s: &[f64], positions: &[f64], at_s: f64) -> Vec<f64> {
+    if positions.len() < WAY {
         return positions.to_vec();
     }
     let powers = DMatrix::from_fn(times_s.len(), 3, |row, power| (times_s[row] - at_s).powi(power as i32));
     let values = DVector::from_column_slice(positions);
     let Ok(way) = powers.clone().svd(true, true).solve(&values, 1e-12) else { return positions.to_vec() };
     let rest = values - powers * &way;
-    rest.iter().map(|rest| rest + way[0]).collect()
+    let all = rest.len() as f64;
+    let taken = (3.0 * togetherness(rest.as_slice())).min(all / 2.0);
+    let times = (all / (all - taken)).sqrt();
+    rest.iter().map(|rest| rest * times + way[0]).collect()
+}
+
+/// Of how many values noise of a first order, that is alike in neighbouring ones, makes one of its own: (1 + φ)/(1 − φ); 1 at least.
+fn togetherness(rest: &[f64]) -> f64 {
+    let middle = mean(rest);
+    let product = |lag: usize| -> f64 {
+        rest.iter().zip(&rest[lag..]).map(|(one, other)| (one - middle) * (other - middle)).sum()
+    };
+    let alike = product(1) / product(0);
+    if alike > 0.0 { ((1.0 + alike) / (1.0 - alike).max(0.1)).max(1.0) } else { 1.0 }
 }
 
 /// The observed channel has left its rest.
@@ -877,6 +944,7 @@ mod tests {
             interval_s: 1e-4,
             contact_time_s: 0.04,
             speed_m_per_s: 0.5,
+            gravity_m_per_s2: 9.81,
             stated_noise: 0.2,
             comes: vec![false],
         }
@@ -915,25 +983,68 @@ mod tests {
     #[test]
     fn what_a_fall_shows_beside_its_course_is_its_noise() {
         let noise: Vec<f64> = coloured(800, 3).iter().map(|value| 1e-3 * value).collect();
+        let times_s: Vec<f64> = (0..800).map(|place| place as f64 * 1e-3).collect();
         let fallen = |place: usize| 1.2 - 4.9 * (place as f64 * 1e-3).powi(2) + 0.3 * (place as f64 * 1e-3).powi(4);
         let seen: Vec<f64> = noise.iter().enumerate().map(|(place, noise)| fallen(place) + noise).collect();
-        let (told, release) = beside_course(&seen, 5);
+        let (told, release) = beside_course(&times_s, &seen, 5);
         assert_eq!(release, 0);
         let of = |values: &[f64]| values.chunks_exact(5).map(mean).collect::<Vec<_>>().iter().std_dev();
         assert!((of(&told) / of(&noise) - 1.0).abs() < 0.05, "{} {}", of(&told), of(&noise));
-        assert!(beside_course(&seen[..400], 5).0.is_empty());
+        assert!(beside_course(&times_s[..400], &seen[..400], 5).0.is_empty());
         // Held for 120 ms, then thrown down at 0.5 m/s.
         let thrown = |place: usize| if place < 120 { 1.2 } else { fallen(place - 120) - 0.5e-3 * (place - 120) as f64 };
         let seen: Vec<f64> = noise.iter().enumerate().map(|(place, noise)| thrown(place) + noise).collect();
-        let (told, release) = beside_course(&seen, 5);
+        let (told, release) = beside_course(&times_s, &seen, 5);
         assert!((118..=122).contains(&release), "{release}");
         assert!((of(&told) / of(&noise) - 1.0).abs() < 0.06, "{} {}", of(&told), of(&noise));
         // The same without 16 samples on the way: what came later is 60 mm lower at once.
         let lacks = |place: usize| thrown(place + if place < 430 { 0 } else { 16 });
         let seen: Vec<f64> = noise.iter().enumerate().map(|(place, noise)| lacks(place) + noise).collect();
-        let (told, release) = beside_course(&seen, 5);
+        let (told, release) = beside_course(&times_s, &seen, 5);
         assert!((118..=122).contains(&release), "{release}");
         assert!((of(&told) / of(&noise) - 1.0).abs() < 0.06, "{} {}", of(&told), of(&noise));
+    }
+
+    /// A camera's instants stray by a third of their distance: what falls at 3 m/s is 8 mm on, which is no noise.
+    #[test]
+    fn instants_that_stray_make_no_noise() {
+        let strays = coloured(120, 5);
+        let times_s: Vec<f64> = strays
+            .iter()
+            .enumerate()
+            .map(|(place, stray)| (place as f64 + 0.1 * stray.clamp(-3.0, 3.0)) / 120.0)
+            .collect();
+        let values: Vec<f64> =
+            times_s.iter().zip(coloured(120, 6)).map(|(t, noise)| 2.0 - 4.9 * t * t + 1e-3 * noise).collect();
+        let of = |values: &[f64]| values.iter().std_dev();
+        let noise = 1e-3 * of(&coloured(120, 6));
+        assert!(steps(&times_s, &values) < 1.2 * noise, "{}", steps(&times_s, &values));
+        let (told, release) = beside_course(&times_s, &values, 1);
+        assert_eq!(release, 0);
+        assert!((of(&told) / noise - 1.0).abs() < 0.15, "{} {noise}", of(&told));
+    }
+
+    /// Hung for 60 ms, let go, 30 ms of fall; or 90 ms of a way of which the last third is in contact already.
+    #[test]
+    fn what_hangs_before_it_falls_and_what_has_met_the_rig_is_no_noise() {
+        let times_s: Vec<f64> = (0..900).map(|place| f64::from(place) * 1e-4).collect();
+        let noise: Vec<f64> = coloured(900, 7).iter().map(|noise| 1e-5 * noise).collect();
+        let with_noise = |of: &dyn Fn(f64) -> f64| -> Vec<f64> {
+            times_s.iter().zip(&noise).map(|(t, noise)| of(*t) + noise).collect()
+        };
+        let strength = noise.iter().std_dev();
+        let near = |values: &[f64]| {
+            let told = values.iter().std_dev() / strength;
+            assert!((told - 1.0).abs() < 0.15, "{told}");
+        };
+        let dropped = with_noise(&|t| -4.5e-3 + 4.905 * (t - 0.06).max(0.0).powi(2));
+        near(&without_way(&times_s, &dropped, 0.09, Some(0.06)));
+        near(&without_way(&times_s, &with_noise(&|t| 0.5 * t), 0.09, Some(0.04)));
+        let met = with_noise(&|t| 0.5 * t - 2.0 * (t - 0.06).max(0.0).powi(2));
+        let coming = still_coming(&times_s, &met);
+        assert_eq!(coming, 630);
+        near(&without_way(&times_s[..coming], &met[..coming], 0.09, None));
+        assert_eq!(still_coming(&times_s, &with_noise(&|t| 0.5 * t)), 900);
     }
 
     /// The longest recording is averaged more coarsely: what it shows is whitened by noise of that colour.
