@@ -192,7 +192,8 @@ impl Reach {
                 let behind = pad_n_per_m.map_or(0.0, |pad_n_per_m| pad_n_per_m / self.body_n_per_m);
                 parts(&self.depths_m, &[1.1, 1.6, 3.0].map(|part| part * (1.0 + behind)))
             }
-            Search::OfPeak => parts(&self.peaks_n, &[0.06, 0.15, 0.35, 0.6, 0.8, 0.93]),
+            // A chain that clips shows its limit.
+            Search::OfPeak => parts(&self.peaks_n, &[0.06, 0.15, 0.35, 0.6, 0.8, 0.93, 1.0]),
             Search::OfContactTime | Search::WithinContact => {
                 let middle = self.contact_times_s[self.contact_times_s.len() / 2];
                 let parts = if parameter.search == Search::WithinContact {

@@ -814,12 +814,12 @@ impl Selecting<'_> {
         self.exchange(from, place, trial)
     }
 
-    /// Puts into the place of each of several mechanisms what it is confused with, all else as it has come to beside that: without it the others have
-    /// taken its part, and beside those what is right may promise nothing. A pad that relaxes at once is a dashpot.
+    /// Puts into the place of each mechanism what it is confused with, all else as it has come to beside that: without it the others and the rig have
+    /// taken its part, and beside those what is right may promise nothing, or end in a valley far from there. A pad that relaxes at once is a dashpot.
     fn substituted(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
         let mut here = from;
         for _ in 0..ROUNDS {
-            if here.mechanisms() < 2 {
+            if here.mechanisms() == 0 {
                 break;
             }
             progress("does another stand in for one of them");
