@@ -206,10 +206,8 @@ fn lifted(series: &mut [f64], channel: &ChannelModel, impact: &Impact, since_s: 
         let before = series.iter_mut().zip(since_s).take_while(|(_, since_s)| **since_s < 0.0);
         before.for_each(|(value, since_s)| {
             let falling_s = since_s.max(released_s);
-            // It has hung since, and comes at the speed that it has met the rig with, -g·t of the release.
-            let hung_s = since_s - falling_s;
-            *value -= channel.lift_m_per_s2
-                * (0.5 * falling_s * falling_s + if hung_s < 0.0 { released_s * hung_s } else { 0.0 });
+            // Before it would have been let go it comes at the speed of the contact, too: −g times that instant.
+            *value -= channel.lift_m_per_s2 * (0.5 * falling_s * falling_s + released_s * (since_s - falling_s));
         });
     }
 }

@@ -869,15 +869,13 @@ fn still_coming(times_s: &[f64], positions: &[f64]) -> usize {
 /// hung before, too.
 fn without_way(times_s: &[f64], positions: &[f64], at_s: f64, released_s: Option<f64>) -> Vec<f64> {
     let begun = without_parabola(times_s, positions, at_s);
-    let square =
-        |rest: &[f64]| rest.iter().map(|value| value * value).sum::<f64>() - mean(rest).powi(2) * rest.len() as f64;
     let release = released_s.map_or(0, |released_s| times_s.partition_point(|time| *time < released_s));
     let (hung, fell) = positions.split_at(release);
     let Some(level) = median(hung.to_vec()).filter(|_| fell.len() >= WAY) else { return begun };
     let fell = without_parabola(&times_s[release..], fell, at_s);
     let zero = mean(&fell);
     let apart: Vec<f64> = hung.iter().map(|value| value - level + zero).chain(fell).collect();
-    if square(&apart) < STOOD * square(&begun) { apart } else { begun }
+    if apart.iter().variance() < STOOD * begun.iter().variance() { apart } else { begun }
 }
 
 /// Freed of their parabola, up to its value at this instant, and as much as they were before that took its part of them.
