@@ -153,6 +153,18 @@ impl Effect {
         forms
     }
 
+    /// The same, with the values that it has, in the form that is usual.
+    #[must_use]
+    pub fn in_usual_form(&self) -> Self {
+        let mut usual = self.clone();
+        for (value, parameter) in usual.values.iter_mut().zip(self.mechanism.parameters) {
+            if parameter.is_form() {
+                *value = parameter.typical;
+            }
+        }
+        usual
+    }
+
     /// Whether both are in the same form of one mechanism, if it has several.
     #[must_use]
     pub fn has_form_of(&self, other: &Self) -> bool {

@@ -7,7 +7,7 @@ use std::sync::{Arc, OnceLock};
 use super::assembly::{Stage, Sway, ahead_s};
 use super::integrate::Effort;
 use super::motion::{Instant, MOST_STATES, System};
-use super::trajectory::Trajectory;
+use super::trajectory::{Reading, Stretch, Trajectory};
 use super::{Approach, Assembly, Kind, Rig, RigError};
 use crate::mechanism::Effect;
 
@@ -179,15 +179,34 @@ impl Motion {
             .collect()
     }
 
-    /// Reads a quantity that is in the states, without the forces there. `false`: it is not.
-    fn read_state(&self, quantity: Quantity, stretch: usize, times_s: &[f64], values: &mut [f64]) -> bool {
-        let Some((state, less)) = self.system.state_of(quantity) else { return false };
-        self.trajectory.column(stretch, state, times_s, values);
-        if let Some(less) = less {
-            let mut lesser = vec![0.0; times_s.len()];
-            self.trajectory.column(stretch, less, times_s, &mut lesser);
-            values.iter_mut().zip(lesser).for_each(|(value, less)| *value -= less);
+    /// Reads a quantity that is kept, without the forces there, at instants of a stretch. `false`: it is not.
+    fn read(&self, quantity: Quantity, stretch: usize, times_s: &[f64], values: &mut [f64]) -> bool {
+        let Stretch { mode, .. } = &self.trajectory.stretches()[stretch];
+        let reading = match quantity {
+            Quantity::CellForce => Some(Reading::Cell),
+            Quantity::Acceleration => Some(Reading::Acceleration),
+            Quantity::Stroke => Some(Reading::Stroke),
+            Quantity::Depth if !mode.touching => Some(Reading::Stroke),
+            _ => None,
+        };
+        if let Some(reading) = reading {
+            self.trajectory.reading(stretch, reading, times_s, values);
+        } else if let Some((state, less)) = self.system.state_of(quantity) {
+            self.trajectory.column(stretch, state, times_s, values);
+            if let Some(less) = less {
+                let mut lesser = vec![0.0; times_s.len()];
+                self.trajectory.column(stretch, less, times_s, &mut lesser);
+                values.iter_mut().zip(lesser).for_each(|(value, less)| *value -= less);
+            }
+        } else {
+            return false;
         }
+        let beside: fn(&Self, f64) -> f64 = match reading {
+            Some(Reading::Cell) if self.lingers() => Self::lingering_n,
+            Some(Reading::Stroke) => |motion, time_s| motion.returning(time_s).0,
+            _ => return true,
+        };
+        values.iter_mut().zip(times_s).for_each(|(value, time_s)| *value += beside(self, *time_s));
         true
     }
 
@@ -320,12 +339,7 @@ impl Impact {
             let end_s = stretches[stretch].end_s;
             let inside = if last { times_s.len() } else { times_s.partition_point(|time_s| *time_s < end_s) };
             let (here_s, here) = (&times_s[..inside], &mut values[..inside]);
-            if quantity == Quantity::CellForce {
-                self.motion.trajectory.cell_n(stretch, here_s, here);
-                if self.motion.lingers() {
-                    here.iter_mut().zip(here_s).for_each(|(value, time_s)| *value += self.motion.lingering_n(*time_s));
-                }
-            } else if !self.motion.read_state(quantity, stretch, here_s, here) {
+            if !self.motion.read(quantity, stretch, here_s, here) {
                 here.iter_mut()
                     .zip(here_s)
                     .for_each(|(value, time_s)| *value = self.inside(quantity, stretch, *time_s));
@@ -483,24 +497,15 @@ impl Impact {
     }
 
     fn inside(&self, quantity: Quantity, stretch: usize, time_s: f64) -> f64 {
-        if quantity == Quantity::CellForce {
-            let mut cell_n = [0.0];
-            self.motion.trajectory.cell_n(stretch, &[time_s.min(self.motion.until_s)], &mut cell_n);
-            return cell_n[0] + self.motion.lingering_n(time_s);
-        }
         let mut read = [0.0];
-        if self.motion.read_state(quantity, stretch, &[time_s.min(self.motion.until_s)], &mut read) {
+        if self.motion.read(quantity, stretch, &[time_s.min(self.motion.until_s)], &mut read) {
             return read[0];
         }
         let instant = self.instant(stretch, time_s);
         match quantity {
-            Quantity::CellForce | Quantity::Position | Quantity::Velocity => unreachable!("read above"),
             Quantity::ContactForce => instant.contact_n - self.motion.neck_n(time_s),
-            Quantity::Stroke => instant.piece_m + self.motion.returning(time_s).0,
-            Quantity::Depth if self.motion.trajectory.stretches()[stretch].mode.touching => instant.over_m,
-            Quantity::Depth => instant.piece_m + self.motion.returning(time_s).0,
-            Quantity::Acceleration => instant.tip_m_per_s2,
             Quantity::Friction => instant.friction_n,
+            _ => unreachable!("read above"),
         }
     }
 }

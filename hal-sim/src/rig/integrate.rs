@@ -16,7 +16,7 @@ use super::impact::Impact;
 use super::motion::{CONTACT_EVENT, MOST_EVENTS, MOST_STATES, Mode, System};
 use super::propagate::Propagator;
 use super::rosenbrock::Rosenbrock;
-use super::trajectory::{MOST_NODES, Trajectory};
+use super::trajectory::{MOST_NODES, READINGS, Trajectory};
 use super::{Kind, RigError};
 
 /// The most events that are followed in one impact.
@@ -251,11 +251,11 @@ fn by_size<const N: usize>(system: System, until_s: f64, accuracy: Accuracy) -> 
             let nodes = &mut nodes[..solver.nodes()];
             solver.sample(nodes).map_err(failed)?;
             // The last step may go beyond the end of this form: its interpolant is cut there, as at an event.
-            let mut cell_n = [0.0; MOST_NODES];
-            let cell_n = &mut cell_n[..nodes.len()];
-            event = first_event(&mut solver, &form, (from_s, to_s), nodes, cell_n).filter(|(_, at_s)| *at_s <= stop_s);
+            let mut readings = [[0.0; READINGS]; MOST_NODES];
+            let readings = &mut readings[..nodes.len()];
+            event = first_event(&mut solver, &form, (from_s, to_s), nodes, readings).filter(|(_, at_s)| *at_s <= stop_s);
             time_s = event.map_or(stop_s.min(to_s), |(_, at_s)| at_s);
-            trajectory.push(from_s, to_s - from_s, time_s, nodes, cell_n, form.mode);
+            trajectory.push(from_s, to_s - from_s, time_s, nodes, readings, form.mode);
             state = if time_s < to_s { solver.interpolate(time_s).map_err(failed)? } else { nodes[nodes.len() - 1] };
         }
         effort.events += 1;
@@ -298,9 +298,10 @@ fn pass_ramp<const N: usize>(
 ) {
     let mut nodes = [*state; 2];
     nodes[1].copy_from_slice(&after[..N]);
-    let cell_n = [0, 1]
-        .map(|node| system.cell_n(&system.instant(*time_s + moment_s * f64::from(node), &nodes[node as usize], &mode)));
-    trajectory.push(*time_s, moment_s, *time_s + moment_s, &nodes, &cell_n, mode);
+    let readings = [0, 1].map(|node| {
+        system.readings(&system.instant(*time_s + moment_s * f64::from(node), &nodes[node as usize], &mode))
+    });
+    trajectory.push(*time_s, moment_s, *time_s + moment_s, &nodes, &readings, mode);
     *state = nodes[1];
     *time_s += moment_s;
 }
@@ -316,28 +317,28 @@ fn reason<const N: usize>(error: &Error<f64, [f64; N]>) -> &'static str {
     }
 }
 
-/// The first event of a step and its instant, and the force at the cell at each node: a margin that was positive at one node (or at the step's start, where
+/// The first event of a step and its instant, and what instruments read at each node: a margin that was positive at one node (or at the step's start, where
 /// rounding may have put it on either side of zero) and is negative at the next.
 fn first_event<const N: usize>(
     solver: &mut Solver<N>,
     form: &Form<'_>,
     (from_s, to_s): (f64, f64),
     nodes: &[[f64; N]],
-    cell_n: &mut [f64],
+    readings: &mut [[f64; READINGS]],
 ) -> Option<(usize, f64)> {
     let mut before = [1.0; MOST_EVENTS];
     let mut after = [1.0; MOST_EVENTS];
     let count;
-    (count, cell_n[0]) = form.system.margins(from_s, &nodes[0], &form.mode, &mut before);
+    (count, readings[0]) = form.system.margins(from_s, &nodes[0], &form.mode, &mut before);
     let at_s = |number: usize| from_s + (to_s - from_s) * number as f64 / (nodes.len() - 1) as f64;
     let mut contact = [0.0; VERNER_NODES];
     contact[0] = before[CONTACT_EVENT];
     let mut found = None;
     let mut seen = 1;
     for (number, node) in nodes.iter().enumerate().skip(1) {
-        (_, cell_n[number]) = form.system.margins(at_s(number), node, &form.mode, &mut after);
+        (_, readings[number]) = form.system.margins(at_s(number), node, &form.mode, &mut after);
         if found.is_some() {
-            // Only the force is still wanted.
+            // Only the readings are still wanted.
             continue;
         }
         let mut first: Option<(usize, f64)> = None;

@@ -8,6 +8,7 @@
 
 use super::assembly::{Assembly, Deformation, Element, Motion, Response, Sway};
 use super::creep::{Creep, Decay};
+use super::trajectory::READINGS;
 use super::{Kind, Quantity, RigError};
 
 /// The most states that the solver is built for.
@@ -555,13 +556,15 @@ impl System {
         }
     }
 
-    /// Which state a quantity is, and which one is to be subtracted: a gauge shows the tip over what it stands on. `None`: it is no state.
+    /// Which state a quantity is, and which one is to be subtracted: a gauge shows the tip over what it stands on, the depth
+    /// (while they touch) over the frame. `None`: it is no state.
     pub(super) fn state_of(&self, quantity: Quantity) -> Option<(usize, Option<usize>)> {
         match quantity {
             Quantity::Position => {
                 Some((0, self.assembly.frame.filter(|frame| frame.bears_gauge).and(self.layout.frame)))
             }
             Quantity::Velocity => Some((1, None)),
+            Quantity::Depth => Some((0, self.layout.frame)),
             _ => None,
         }
     }
@@ -954,15 +957,20 @@ impl System {
         instant.spring_n - past_n + guide.cell_share * instant.friction_n - inertia_n
     }
 
+    /// What instruments read, in the order of [`Reading`](super::trajectory::Reading).
+    pub(super) fn readings(&self, instant: &Instant) -> [f64; READINGS] {
+        [self.cell_n(instant), instant.tip_m_per_s2, instant.piece_m]
+    }
+
     /// For each event that this form can end with, a number that is positive until it happens.
-    /// With how many there are, the force at the cell, N.
+    /// With how many there are, what instruments read.
     pub(super) fn margins(
         &self,
         time_s: f64,
         state: &[f64],
         mode: &Mode,
         margins: &mut [f64; MOST_EVENTS],
-    ) -> (usize, f64) {
+    ) -> (usize, [f64; READINGS]) {
         let instant = self.instant(time_s, state, mode);
         margins.fill(1.0);
         if mode.touching {
@@ -1027,7 +1035,7 @@ impl System {
             }
             count += 1;
         }
-        (count, self.cell_n(&instant))
+        (count, self.readings(&instant))
     }
 
     /// The form (and the states) after the event with this number.

@@ -2,7 +2,7 @@
 //!
 //! The interpolant of a step is a polynomial in time. It is sampled at as many equally spaced nodes as
 //! determine it (7 for degree 6, 4 for degree 3) and kept as divided differences (Newton's form), so that
-//! nothing is lost and the solver's private coefficients are not needed. The force at the cell is kept beside the states
+//! nothing is lost and the solver's private coefficients are not needed. What instruments read is kept beside the states
 //! in the same way, so that sampling it costs one polynomial and not the balance of the whole rig.
 
 use super::motion::Mode;
@@ -10,10 +10,24 @@ use super::motion::Mode;
 /// The most nodes that a step has.
 pub(super) const MOST_NODES: usize = 7;
 
+/// What instruments read beside the states.
+pub(super) const READINGS: usize = 3;
+
+/// One of them.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Reading {
+    /// The force at the cell, N.
+    Cell,
+    /// The robot's acceleration, m/s².
+    Acceleration,
+    /// The stroke of the springs, m.
+    Stroke,
+}
+
 /// The steps of a motion, one after the other without gaps.
 #[derive(Debug)]
 pub(super) struct Trajectory {
-    /// The states, then the force at the cell.
+    /// The states, then the readings.
     columns: usize,
     stretches: Vec<Stretch>,
     /// For each stretch, for each node, the columns' divided differences.
@@ -35,25 +49,25 @@ pub(super) struct Stretch {
 
 impl Trajectory {
     pub(super) fn new(states: usize) -> Self {
-        let columns = states + 1;
+        let columns = states + READINGS;
         Self { columns, stretches: Vec::with_capacity(64), differences: Vec::with_capacity(64 * 8 * columns) }
     }
 
-    /// Adds a step that is given by its states and the force at the cell (N) at equally spaced nodes, first and last instant included.
+    /// Adds a step that is given by its states and readings at equally spaced nodes, first and last instant included.
     pub(super) fn push<const N: usize>(
         &mut self,
         start_s: f64,
         step_s: f64,
         end_s: f64,
         nodes: &[[f64; N]],
-        cell_n: &[f64],
+        readings: &[[f64; READINGS]],
         mode: Mode,
     ) {
         let first = self.differences.len();
         let count = nodes.len();
-        for (node, cell_n) in nodes.iter().zip(cell_n) {
-            self.differences.extend_from_slice(&node[..self.columns - 1]);
-            self.differences.push(*cell_n);
+        for (node, readings) in nodes.iter().zip(readings) {
+            self.differences.extend_from_slice(&node[..self.columns - READINGS]);
+            self.differences.extend_from_slice(readings);
         }
         let table = &mut self.differences[first..];
         for order in 1..count {
@@ -83,7 +97,7 @@ impl Trajectory {
         let part = (time_s - stretch.start_s) / stretch.step_s;
         let table = &self.differences[stretch.first..stretch.first + stretch.nodes * self.columns];
         let last = stretch.nodes - 1;
-        let states = self.columns - 1;
+        let states = self.columns - READINGS;
         state[..states].copy_from_slice(&table[last * self.columns..][..states]);
         for node in (0..last).rev() {
             let factor = part - node as f64 / last as f64;
@@ -94,12 +108,12 @@ impl Trajectory {
         }
     }
 
-    /// The force at the cell, N, at instants of a stretch.
-    pub(super) fn cell_n(&self, stretch: usize, times_s: &[f64], values: &mut [f64]) {
-        self.column(stretch, self.columns - 1, times_s, values);
+    /// What an instrument reads at instants of a stretch.
+    pub(super) fn reading(&self, stretch: usize, reading: Reading, times_s: &[f64], values: &mut [f64]) {
+        self.column(stretch, self.columns - READINGS + reading as usize, times_s, values);
     }
 
-    /// One of the states at instants of a stretch, or the force at the cell behind them.
+    /// One of the states at instants of a stretch, or of the readings behind them.
     pub(super) fn column(&self, stretch: usize, column: usize, times_s: &[f64], values: &mut [f64]) {
         let stretch = &self.stretches[stretch];
         let table = &self.differences[stretch.first..stretch.first + stretch.nodes * self.columns];

@@ -429,6 +429,14 @@ impl Layout {
         Self::new(problem, entrants)
     }
 
+    /// The same with another mechanism, or the same in another form, in one place.
+    #[must_use]
+    pub fn in_place(&self, problem: &Problem, place: usize, entrant: Entrant) -> Self {
+        let mut entrants = self.entrants.clone();
+        entrants[place] = entrant;
+        Self::new(problem, entrants)
+    }
+
     /// Where a fit without experience begins: everything as believed, contact and offsets as guessed, mechanisms as given.
     #[must_use]
     pub fn start(&self, problem: &Problem) -> Point {

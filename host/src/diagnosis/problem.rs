@@ -42,6 +42,8 @@ const WAY: usize = 8;
 /// Parts of the way before contact that are looked at, and from how many standard deviations on a variance is larger than another.
 const COMING: [f64; 3] = [1.0, 0.7, 0.5];
 const SURELY_MORE: f64 = 6.0;
+/// Part of the ideal contact's depth that is little: what turns so near to the farthest turns as far in, what is so far out has left.
+const LITTLE: f64 = 0.3;
 /// It stood where that leaves less than this part of the squares.
 const STOOD: f64 = 0.8;
 /// Samples are missing where a gap leaves less than this part of the squares: of 400 times 96 means of noise that goes together (0.7 from one
@@ -345,6 +347,7 @@ impl Problem {
                 gravity_m_per_s2: campaign.rig.gravity_along_impact_m_per_s2,
                 stated_noise: campaign.chain.noise_rms,
                 comes: comes.clone(),
+                sign: conventions[0].sign,
             };
             let file = entry.file.clone();
             let name = std::path::Path::new(&file).file_stem().map_or(file.clone(), |s| s.to_string_lossy().into());
@@ -661,6 +664,8 @@ struct Raw<'a> {
     stated_noise: f64,
     /// Which channels move before contact: they show the position of what comes.
     comes: Vec<bool>,
+    /// −1 where the observed channel counts against the motion, as a height does; else 1.
+    sign: f64,
 }
 
 struct Thinned {
@@ -783,18 +788,47 @@ impl Raw<'_> {
         Some(self.times_s.partition_point(|time| *time <= contact_s).saturating_sub(1))
     }
 
-    /// What comes turns half a contact after it has met the springs.
+    /// What comes turns half a contact after it has met the springs. A mass that bounces may turn again as far in.
     fn turning_point(&self) -> Option<usize> {
-        let farthest = (0..self.times_s.len()).max_by(|a, b| self.channels[0][*a].total_cmp(&self.channels[0][*b]))?;
-        let contact_s = self.times_s[farthest] - self.contact_time_s / 2.0;
+        let farthest = (0..self.times_s.len()).map(|place| self.way(place)).max_by(f64::total_cmp)?;
+        let is_far = |place: &usize| self.way(*place) > farthest - self.little_m();
+        let first = (0..self.times_s.len()).find(is_far)?;
+        let turns = (first..self.times_s.len()).take_while(is_far);
+        let turned = turns.max_by(|a, b| self.way(*a).total_cmp(&self.way(*b)))?;
+        let contact_s = self.times_s[turned] - self.contact_time_s / 2.0;
         Some(self.times_s.partition_point(|time| *time <= contact_s).saturating_sub(1))
     }
 
-    /// Number of samples before a dropped mass meets the rig a second time: all, where it does not. Between two contacts the channel
+    /// A way that noise does not make: a part of the ideal contact's depth, m.
+    fn little_m(&self) -> f64 {
+        LITTLE * self.speed_m_per_s.abs() * self.contact_time_s / std::f64::consts::PI
+    }
+
+    /// Where what comes is, towards the rig.
+    fn way(&self, place: usize) -> f64 {
+        self.sign * self.channels[0][place]
+    }
+
+    /// The same of a way: a mass that has left the rig is back where it met it first.
+    fn comes_back(&self, contact: usize) -> usize {
+        let all = self.times_s.len();
+        let met = self.way(contact);
+        let after_s = self.times_s[contact] + self.contact_time_s / 2.0;
+        let turned = self.times_s.partition_point(|time| *time < after_s);
+        let left = (turned..all).find(|place| self.way(*place) < met - self.little_m());
+        let Some(back) = left.and_then(|left| (left..all).find(|place| self.way(*place) > met)) else { return all };
+        let end_s = self.times_s[back] - GUARD * self.contact_time_s;
+        self.times_s.partition_point(|time| *time < end_s)
+    }
+
+    /// Number of samples before a dropped mass meets the rig a second time: all, where it does not. Of a force: between two contacts the channel
     /// is at rest for half a contact at least; a piece that rings on after the separation is not.
     fn second_fall(&self, contact: usize) -> usize {
         let all = self.times_s.len();
-        let Some(passed) = self.passed().filter(|_| !self.comes[0]) else { return all };
+        if self.comes[0] {
+            return self.comes_back(contact);
+        }
+        let Some(passed) = self.passed() else { return all };
         let beyond = |place: usize| {
             let near = &self.channels[0][place..place + 3];
             near.iter().filter(|value| (*value - passed.zero).abs() > passed.level).count() >= 2
@@ -945,6 +979,7 @@ mod tests {
             gravity_m_per_s2: 9.81,
             stated_noise: 0.2,
             comes: vec![false],
+            sign: 1.0,
         }
     }
 
@@ -1074,9 +1109,13 @@ mod tests {
                 0.03 + if since < 0.0 { 0.5 * since } else { depth - 0.5 * (time - 0.14).max(0.0) } + 1e-5 * noise
             })
             .collect();
-        let thinned = Raw { comes: vec![true], ..raw(RigKind::Impact, &times, &position) }.thin().expect("a contact");
-        assert!((thinned.contact_guess_s - 0.1).abs() < 1e-3, "{}", thinned.contact_guess_s);
-        assert!((thinned.offset_guess[0] - 0.03).abs() < 1e-3, "{:?}", thinned.offset_guess);
-        assert!(thinned.quiet_rms.is_some_and(|rms| (1e-6..4e-6).contains(&rms)), "{:?}", thinned.quiet_rms);
+        let height: Vec<f64> = position.iter().map(|position| -position).collect();
+        for (sign, values) in [(1.0, &position), (-1.0, &height)] {
+            let coming = Raw { comes: vec![true], sign, ..raw(RigKind::Impact, &times, values) };
+            let thinned = coming.thin().expect("a contact");
+            assert!((thinned.contact_guess_s - 0.1).abs() < 1e-3, "{}", thinned.contact_guess_s);
+            assert!((thinned.offset_guess[0] - sign * 0.03).abs() < 1e-3, "{:?}", thinned.offset_guess);
+            assert!(thinned.quiet_rms.is_some_and(|rms| (1e-6..4e-6).contains(&rms)), "{:?}", thinned.quiet_rms);
+        }
     }
 }

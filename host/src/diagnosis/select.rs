@@ -10,6 +10,7 @@
 //!                                                  ─▶ a third that brings little is dropped
 //!                                                  ─▶ one of a shape that nothing has: made likely, with another beside it
 //!                                                  ─▶ of what stands for each other, first what foretells best
+//!                                                  ─▶ each in its usual form, where another is no better
 //! ```
 //!
 //! BIC = χ² + p·ln N, N whitened samples, p parameters of the mechanisms (G. Schwarz, Ann. Stat. 6 (1978) 461); a mechanism
@@ -36,7 +37,7 @@ use super::screen::{Screened, screen};
 use super::spectrum::{Hum, hum};
 use super::strangers::strangers;
 use super::unfold::{touching_again, unfolded};
-use super::verdict::{IMPOSSIBLE, SIGNIFICANT, UNLIKELY, WORTH, is_likely, made_likely, remains, unlikely};
+use super::verdict::{AS_GOOD, IMPOSSIBLE, SIGNIFICANT, UNLIKELY, WORTH, is_likely, made_likely, remains, unlikely};
 
 /// The first mechanism must take more off χ² than chance does in one trial of so many; thirty mechanisms are tried, from several starts
 /// each. Of 515 campaigns with traces of the usual imperfections one had a fall rarer than that, of one in 50,000, and none of 80 of another simulator; of
@@ -361,6 +362,7 @@ pub fn select(
     let here = selecting.divided(here, progress)?;
     selecting.meet_kin(&here);
     let here = selecting.foretelling(here)?;
+    let here = selecting.in_usual_form(here)?;
     Some(selecting.selection(here))
 }
 
@@ -883,6 +885,25 @@ impl Selecting<'_> {
         }
     }
 
+    /// A model with each mechanism in its usual form, where the recordings do not tell that it has another: an unusual one has other numbers.
+    fn in_usual_form(&self, from: Standing) -> Option<Standing> {
+        let mut here = from;
+        for place in 0..here.mechanisms() {
+            let Fit { layout, point, .. } = &here.trial.fit;
+            let effect = layout.effect(self.problem, place, point);
+            let usual = effect.in_usual_form();
+            if usual.has_form_of(&effect) {
+                continue;
+            }
+            let Trial { fit, bic, .. } = &here.trial;
+            let is_as_good = |other: &Trial| other.fit.cost < fit.cost + AS_GOOD && other.bic < bic + WITHIN_REACH;
+            if let Some(other) = self.lightest_in(fit, std::iter::once((place, usual))).filter(is_as_good) {
+                here = Standing::of(self.problem, other, self.part)?;
+            }
+        }
+        Some(here)
+    }
+
     /// A model whose last mechanism has no longer a value of its own for each impact, where it has such a form and that is better.
     fn in_common(&self, trial: Trial) -> Trial {
         let Fit { layout, point, .. } = &trial.fit;
@@ -906,7 +927,7 @@ impl Selecting<'_> {
         let fewer = layout.without(self.problem, place);
         let others = fewer.start_from(self.problem, layout, point);
         let beside = |effect: Effect| {
-            let with = fewer.with(self.problem, Entrant { effect, ..layout.entrants[place].clone() });
+            let with = layout.in_place(self.problem, place, Entrant { effect, ..layout.entrants[place].clone() });
             let here = with.start_from(self.problem, &fewer, &others);
             beside_or_as_stated(self.problem, with, here, self.part)
         };

@@ -31,7 +31,7 @@ const LIKENESS: f64 = 0.015;
 
 /// And of two of which the second leaves no more than this of χ² beyond the first, whatever it has more to bend, the recordings exclude
 /// neither: two standard deviations. (What has values of its own for each impact is as good as anything.)
-const AS_GOOD: f64 = 4.0;
+pub const AS_GOOD: f64 = 4.0;
 
 /// A shape this far beyond what is likely is far: in natural logarithms, or in widths of what is likely.
 const FAR: f64 = 0.9;
