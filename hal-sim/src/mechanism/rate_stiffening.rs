@@ -4,10 +4,10 @@
 //! proportional, and v_ref the speed at which the rig's own stiffness holds: that of the press or the hit that told it.
 //! (With a stiffness that nobody has stated, v_ref would be one number too many.)
 //!
-//! Some pads are better described by the rate at each instant (law 1), softest where the robot turns. To first order in a the rate is that
-//! of the impact without this effect, v² = v_0²·(1 − (δ/δ_max)²), so that the law is one of depth and equally stiff on the way out. A
-//! logarithm has no bottom, and a force that falls faster with depth than it grows cannot be balanced behind a spring: with v² + 2a·v_0² for
-//! v² it never does.
+//! Some pads are better described by the rate at each instant (law 1): stiffest at first contact, softest somewhat after the robot has turned. Rubber
+//! follows the rate v with a delay τ_r, dr/dt = (|v| − r)/τ_r, and a logarithm has no bottom: k·(1 + a·ln((r + r_0)/(v_ref + r_0))). To first order in
+//! a the rate is that of the impact without this effect, v² = v_0²·(1 − (δ/δ_max)²). (By its own rate a pad before springs would run away on the way out: what
+//! recovers faster is stiffer and recovers faster still, where τ_r < a·δ/(r + r_0).)
 //!
 //! What stiffens with the logarithm of the rate softens with that of time: a rubber that is a stiffer for e times the speed is
 //! a softer again once it has forgotten a factor e of it, after τ. F = k(v)·δ − a·k·z, ż = (δ − z)/τ; an impact that lasts t_c, short
@@ -24,10 +24,6 @@ use crate::rig::{Assembly, Deformation, ForceLaw, Response};
 /// No pad softens below this part of its stiffness: a logarithm has no bottom.
 const SOFTEST: f64 = 0.1;
 
-/// Nor below this by the rate at each instant, which takes up to half of the stiffness from the force's slope where the robot turns: a force that
-/// falls with depth has no balance behind a spring.
-const SOFTEST_AT_ONCE: f64 = SOFTEST + 0.5;
-
 pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "rate-stiffening",
     group: Group::Contact,
@@ -36,9 +32,9 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     exact: false,
     by_configuration: &[],
     by_recording: &[],
-    used_in: &[("memory_s", "law", &[0.0])],
+    used_in: &[("memory_s", "law", &[0.0]), ("delay_s", "law", &[1.0]), ("slowest_m_per_s", "law", &[1.0])],
     sized: &[],
-    equation: "law 0: F = k·(1 + a·ln(v/v_ref))·δ − a·k·z, dz/dt = (δ − z)/τ, v the speed at first contact; law 1: the rate at each instant for v, and no z",
+    equation: "law 0: F = k·(1 + a·ln(v/v_ref))·δ − a·k·z, dz/dt = (δ − z)/τ, v the speed at first contact; law 1: F = k·(1 + a·ln((r + r_0)/(v_ref + r_0)))·δ, dr/dt = (|v| − r)/τ_r, v that of the impact without this effect",
     source: "logarithmic rate law of rubber; a 0.02 to 0.1",
     parameters: &[
         Parameter {
@@ -75,6 +71,28 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             search: Search::Typical,
         },
         Parameter {
+            name: "delay_s",
+            unit: "s",
+            meaning: "time τ_r in which the stiffness follows the rate",
+            null: None,
+            range: (1e-4, 0.1),
+            plausible: (2e-4, 2e-2),
+            typical: 1e-3,
+            scale: Scale::Logarithmic,
+            search: Search::OneOf(&[1e-3, 1e-2]),
+        },
+        Parameter {
+            name: "slowest_m_per_s",
+            unit: "m/s",
+            meaning: "rate r_0 below which it no longer counts",
+            null: None,
+            range: (1e-4, 1.0),
+            plausible: (1e-3, 0.1),
+            typical: 0.01,
+            scale: Scale::Logarithmic,
+            search: Search::Typical,
+        },
+        Parameter {
             name: "law",
             meaning: "0: the speed at first contact counts, 1: the rate at each instant; others are rounded",
             ..Parameter::EITHER
@@ -92,10 +110,17 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
     let speed = approach.hits_m_per_s();
     let (per_e_fold, memory_s) = (effect.value(0), effect.value(1));
     let e_folds = (speed / effect.value(2)).ln();
-    let whole = effect.form(4) == 1;
-    if effect.form(3) == 1 {
-        let mass_kg = approach.effective_mass_kg;
-        assembly.obey(&Instantaneous { per_e_fold, e_folds, speed_m_per_s: speed, mass_kg }, whole);
+    let whole = effect.form(6) == 1;
+    if effect.form(5) == 1 {
+        let law = Following {
+            per_e_fold,
+            reference_m_per_s: effect.value(2),
+            delay_s: effect.value(3),
+            slowest_m_per_s: effect.value(4),
+            speed_m_per_s: speed,
+            mass_kg: approach.effective_mass_kg,
+        };
+        assembly.obey(&law, whole);
         return;
     }
     assembly.stiffen((1.0 + per_e_fold * e_folds).max(SOFTEST), whole);
@@ -103,38 +128,56 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
     assembly.obey(&Branch { ratio: per_e_fold, time_constant_s: memory_s, at_once: 0.0 }, whole);
 }
 
-/// Stiffer by the rate at each instant.
+/// Stiffer by the rate, which it follows.
 #[derive(Clone, Debug)]
-struct Instantaneous {
+struct Following {
     per_e_fold: f64,
-    /// Of the speed at first contact over the reference.
-    e_folds: f64,
+    reference_m_per_s: f64,
+    delay_s: f64,
+    slowest_m_per_s: f64,
     speed_m_per_s: f64,
     mass_kg: f64,
 }
 
-impl ForceLaw for Instantaneous {
-    /// It takes from what there is: with play in the springs, less than of the linear stiffness.
-    fn respond(&self, deformation: Deformation, elastic: Response, _states: &[f64]) -> Response {
-        let stiffness = deformation.linear_n_per_m;
+impl Following {
+    /// The rate that it has come to, m/s, and how fast that changes, m/s².
+    fn rate(&self, deformation: Deformation, states: &[f64]) -> (f64, f64) {
         // How deep the element is pressed in by an impact without this effect.
-        let deepest_m = self.speed_m_per_s * (self.mass_kg * deformation.share / stiffness).sqrt();
+        let deepest_m =
+            self.speed_m_per_s * (self.mass_kg * deformation.share / deformation.linear_n_per_m).sqrt();
         let part = (deformation.depth_m / deepest_m).clamp(-1.0, 1.0);
-        // The square of the rate over that at first contact, with what keeps a logarithm from having no bottom.
-        let square = 1.0 - part * part + 2.0 * self.per_e_fold.abs();
-        let factor = self.per_e_fold * (self.e_folds + 0.5 * square.ln());
-        if factor < SOFTEST_AT_ONCE - 1.0 {
-            return elastic.times(SOFTEST_AT_ONCE - 1.0, 0.0);
+        let followed_m_per_s = self.speed_m_per_s + states[0];
+        let now_m_per_s = self.speed_m_per_s * (1.0 - part * part).sqrt();
+        (followed_m_per_s, (now_m_per_s - followed_m_per_s) / self.delay_s)
+    }
+}
+
+impl ForceLaw for Following {
+    fn respond(&self, deformation: Deformation, elastic: Response, states: &[f64]) -> Response {
+        let (rate_m_per_s, changes_m_per_s2) = self.rate(deformation, states);
+        let counted = rate_m_per_s.max(0.0) + self.slowest_m_per_s;
+        let factor = self.per_e_fold * (counted / (self.reference_m_per_s + self.slowest_m_per_s)).ln();
+        if factor < SOFTEST - 1.0 {
+            return elastic.times(SOFTEST - 1.0, 0.0);
         }
-        let falling_per_m = if part.abs() < 1.0 { self.per_e_fold * part / (square * deepest_m) } else { 0.0 };
-        elastic.times(factor, -falling_per_m)
+        let added = elastic.times(factor, 0.0);
+        let drift_n_per_s = elastic.force_n * self.per_e_fold * changes_m_per_s2 / counted;
+        Response { drift_n_per_s: added.drift_n_per_s + drift_n_per_s, ..added }
+    }
+
+    fn states(&self) -> usize {
+        1
+    }
+
+    fn state_rates(&self, deformation: Deformation, states: &[f64], rates: &mut [f64]) {
+        rates[0] = self.rate(deformation, states).1;
     }
 }
 
 #[cfg(test)]
 mod tests {
     use crate::mechanism::tests::{near, strike, strike_as};
-    use crate::rig::{Approach, Rig};
+    use crate::rig::{Approach, Quantity, Rig};
 
     /// Every impact is an ideal one whose stiffness is that of its speed.
     #[test]
@@ -159,25 +202,25 @@ mod tests {
         assert!(slow.truth().peak_n > 0.0);
     }
 
-    /// Where the robot is fast the pad is as stiff as at first contact; where it turns, a·ln √(2a) less. It gives back what it took.
+    /// Followed at once it is that of the robot, as it would be without the effect; followed slowly, that of first contact.
     #[test]
-    fn by_the_rate_at_each_instant_it_is_softest_where_the_robot_turns() {
-        for (stiffness, rig) in [(40e3, Rig::impact(40e3)), (20e3, Rig::impact(40e3).with_pad(40e3))] {
-            let impact = strike(rig, 0.3, 6.0, &["rate-stiffening:per_e_fold=0.02,reference_m_per_s=0.3,law=1"]);
-            let contact = impact.truth().contacts[0];
-            near("gives back", contact.speed_after_m_per_s, -0.3, 1e-6);
-            let top = 1.0 + 0.5 * 0.02 * 0.04_f64.ln();
-            let share = stiffness / 40e3;
-            // The top is reached a little deeper than without the effect, where nothing changes further.
-            let soft = contact.peak_n / contact.stroke_m / 40e3;
-            if share == 1.0 {
-                near("top", soft, top, 2e-3);
-            } else {
-                near("the springs stay", soft, 1.0, 1e-6);
-            }
-            let early = impact.force_n(0.002) / (stiffness * 0.3 * 0.002);
-            near("early", early, 1.0, 0.01);
+    fn by_the_rate_that_it_follows_it_is_softest_after_the_robot_has_turned() {
+        let grown = |delay_s: f64, time_s: f64| {
+            let effect = format!(
+                "rate-stiffening:per_e_fold=0.05,reference_m_per_s=0.3,delay_s={delay_s},slowest_m_per_s=0.01,law=1"
+            );
+            let impact = strike(Rig::impact(40e3), 0.3, 6.0, &[&effect]);
+            let [way_m, rate_m_per_s] =
+                [Quantity::Position, Quantity::Velocity].map(|quantity| impact.sample(quantity, &[time_s])[0]);
+            (impact.force_n(time_s) / (40e3 * way_m) - 1.0, 0.05 * ((rate_m_per_s.abs() + 0.01) / 0.31).ln())
+        };
+        for time_s in [0.003, 0.01, 0.025] {
+            let (grown, by_rate) = grown(1e-4, time_s);
+            near("at once", grown, by_rate, 5e-3);
         }
+        near("slowly", grown(0.1, 0.003).0, 0.0, 2e-3);
+        let turns_s = std::f64::consts::FRAC_PI_2 * (6.0_f64 / 40e3).sqrt();
+        assert!(grown(3e-3, turns_s + 3e-3).0 < grown(3e-3, turns_s).0);
     }
 
     /// To first order: of the energy a·t_c/τ is lost, half of that of the speed.
