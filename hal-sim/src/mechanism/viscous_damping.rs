@@ -30,7 +30,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             unit: "N·s/m",
             meaning: "the dashpot",
             null: Some(0.0),
-            range: (0.0, 2000.0),
+            range: (0.0, 1e5),
             plausible: (1.0, 100.0),
             typical: 20.0,
             scale: Scale::Logarithmic,
