@@ -275,8 +275,8 @@ impl Mechanism {
         self.site == Site::Chain
     }
 
-    /// Whether the place of what falls can show it, as a video or a laser gives it: of the measuring chain neither what is in newtons, since none stand
-    /// for a place (but the mains, which hum in a laser's chain as well), nor the charge of a piezoelectric cell.
+    /// Whether the place of what falls can show it, as a video or a laser gives it: of the measuring chain neither what is in newtons (but the
+    /// mains, which hum in a laser's chain as well), nor the charge of a piezoelectric cell.
     #[must_use]
     pub fn is_seen_in_place(&self) -> bool {
         !self.is_seen_only() || self.id == "mains-hum" || !(self.is_in_newtons() || self.id == "piezo-discharge")

@@ -143,8 +143,7 @@ impl Following {
     /// The rate that it has come to, m/s, and how fast that changes, m/s².
     fn rate(&self, deformation: Deformation, states: &[f64]) -> (f64, f64) {
         // How deep the element is pressed in by an impact without this effect.
-        let deepest_m =
-            self.speed_m_per_s * (self.mass_kg * deformation.share / deformation.linear_n_per_m).sqrt();
+        let deepest_m = self.speed_m_per_s * (self.mass_kg * deformation.share / deformation.linear_n_per_m).sqrt();
         let part = (deformation.depth_m / deepest_m).clamp(-1.0, 1.0);
         let followed_m_per_s = self.speed_m_per_s + states[0];
         let now_m_per_s = self.speed_m_per_s * (1.0 - part * part).sqrt();

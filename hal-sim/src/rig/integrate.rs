@@ -253,7 +253,8 @@ fn by_size<const N: usize>(system: System, until_s: f64, accuracy: Accuracy) -> 
             // The last step may go beyond the end of this form: its interpolant is cut there, as at an event.
             let mut readings = [[0.0; READINGS]; MOST_NODES];
             let readings = &mut readings[..nodes.len()];
-            event = first_event(&mut solver, &form, (from_s, to_s), nodes, readings).filter(|(_, at_s)| *at_s <= stop_s);
+            event =
+                first_event(&mut solver, &form, (from_s, to_s), nodes, readings).filter(|(_, at_s)| *at_s <= stop_s);
             time_s = event.map_or(stop_s.min(to_s), |(_, at_s)| at_s);
             trajectory.push(from_s, to_s - from_s, time_s, nodes, readings, form.mode);
             state = if time_s < to_s { solver.interpolate(time_s).map_err(failed)? } else { nodes[nodes.len() - 1] };

@@ -27,6 +27,9 @@ const SAMPLES_PER_CONTACT: f64 = 110.0;
 const KEPT_RATE_HZ: f64 = 5_000.0;
 /// The same of a fall, which has no contact to be resolved: a line of the mains' third harmonic, a gap of a millisecond.
 const FALL_RATE_HZ: f64 = 1_000.0;
+/// What the usual load cell can read, N (500 lbf), and of what falls a camera or a laser, m.
+const CELL_N: f64 = 2224.0;
+const FRAME_M: f64 = 1.0;
 /// Quiet kept before contact, s: enough for the offset and for a period of the mains.
 const QUIET_S: f64 = 0.05;
 /// Fewer samples in a contact do not show its form.
@@ -457,8 +460,8 @@ impl Problem {
     }
 }
 
-/// The force, N, on the stated rig or robot at which a quantity is 1 of its unit: N/m of a displacement, kg of an acceleration. For the place
-/// of what falls it is 1, since nothing that is in newtons is tried there ([`Options::mechanisms`](super::Options::mechanisms)).
+/// The force, N, on the stated rig or robot at which a quantity is 1 of its unit: N/m of a displacement, kg of an acceleration. The place
+/// of what falls has no such rig: what disturbs its instrument disturbs it by the same part of what it can read.
 fn newtons(campaign: &Campaign, quantity: Quantity) -> f64 {
     let has_springs = campaign.rig.kind != RigKind::Fall;
     let rig = crate::model::simulated(&campaign.rig);
@@ -469,6 +472,7 @@ fn newtons(campaign: &Campaign, quantity: Quantity) -> f64 {
         }
         Quantity::Stroke if has_springs => rig.body_stiffness_n_per_m,
         Quantity::Position | Quantity::Depth if has_springs => rig.effective_stiffness_n_per_m(),
+        Quantity::Position => CELL_N / FRAME_M,
         _ => 1.0,
     }
 }

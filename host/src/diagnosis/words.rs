@@ -254,11 +254,7 @@ fn newtons_stand_for(diagnosis: &Diagnosis, mechanism: &Mechanism) -> Option<Str
         return None;
     }
     let one_is = 1.0 / channel.newtons?;
-    Some(format!(
-        "its newtons are the force of the stated rig at what was observed: 1 N is {} {}",
-        short(one_is),
-        unit(diagnosis)
-    ))
+    Some(format!("its newtons stand for what was observed: 1 N is {} {}", short(one_is), unit(diagnosis)))
 }
 
 /// How far a strength is from its absence, in its own standard deviations.
