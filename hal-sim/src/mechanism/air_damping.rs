@@ -6,11 +6,14 @@
 //! A massless piece behind a pad finds its balance with this drag within about 2c·v/(k_pad + k_body), 0.1 to 0.5 ms: so the drag begins.
 //! Later that lag is left out, v is the rate at which the springs alone would share the robot's speed.
 //!
+//! A chamber that fills takes a moment: the pressure follows the flow with τ, dF/dt = (c·v·|v| − F)/τ (`fills`). Then it acts between piece and housing,
+//! which stands on the cell.
+//!
 //! Source: pressure loss of a turbulent flow through an opening; 1 N at 0.25 m/s, which is c = 16 N·s²/m².
 
 use super::guide_friction::CELL_SHARE;
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
-use crate::rig::Assembly;
+use crate::rig::{Assembly, Deformation, ForceLaw, Response};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "air-damping",
@@ -20,9 +23,9 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     exact: false,
     by_configuration: &[],
     by_recording: &[],
-    used_in: &[],
+    used_in: &[("cell_share", "fills", &[0.0]), ("fill_s", "fills", &[1.0])],
     sized: &[],
-    equation: "F = c·v² as the body springs are pressed in at the rate v, −b·c·v² as they come back",
+    equation: "F = c·v² as the body springs are pressed in at the rate v, −b·c·v² as they come back; where the chamber fills, dF/dt = (c·v² − F)/τ",
     source: "orifice loss of the air in the housing; 1 N at 0.25 m/s",
     parameters: &[
         Parameter {
@@ -54,6 +57,23 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Linear,
             search: Search::Typical,
         },
+        Parameter {
+            name: "fill_s",
+            unit: "s",
+            meaning: "time τ in which the pressure follows the flow",
+            null: None,
+            range: (1e-5, 0.02),
+            plausible: (1e-4, 3e-3),
+            typical: 5e-4,
+            scale: Scale::Logarithmic,
+            search: Search::Plausible,
+        },
+        Parameter {
+            name: "fills",
+            meaning: "0: the air's pressure is there at once, 1: the chamber fills and stands on the cell; others are rounded",
+            search: Search::LaterForm(&[1.0]),
+            ..Parameter::EITHER
+        },
     ],
     signature: "a step of the force at contact that grows with the square of the speed, and less force on the way out",
     confused_with: &["viscous-damping", "hunt-crossley-damping", "guide-friction"],
@@ -62,9 +82,44 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 };
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
+    if effect.form(4) == 1 {
+        let (drag_ns2_per_m2, back_share, fill_s) = (effect.value(0), effect.value(2), effect.value(3));
+        assembly.spring.laws.push(Box::new(Chamber { drag_ns2_per_m2, back_share, fill_s }));
+        return;
+    }
     assembly.guide.air_ns2_per_m2 += effect.value(0);
     assembly.guide.air_cell_share = effect.value(1);
     assembly.guide.air_back_share = effect.value(2);
+}
+
+/// A chamber that fills.
+#[derive(Debug)]
+struct Chamber {
+    drag_ns2_per_m2: f64,
+    back_share: f64,
+    fill_s: f64,
+}
+
+impl ForceLaw for Chamber {
+    /// How fast its force changes a massless piece's velocity is left out, as its lag behind the pad is without a chamber.
+    fn respond(&self, _deformation: Deformation, _elastic: Response, states: &[f64]) -> Response {
+        Response { force_n: states[0], ..Response::default() }
+    }
+
+    fn states(&self) -> usize {
+        1
+    }
+
+    fn state_rates(&self, deformation: Deformation, states: &[f64], rates: &mut [f64]) {
+        let rate = deformation.rate_m_per_s;
+        // What the robot has left has no rate of its own without a mass: it stands where springs and pressure are in balance, and the cell feels neither.
+        if rate == 0.0 {
+            rates[0] = 0.0;
+            return;
+        }
+        let part = if rate < 0.0 { self.back_share } else { 1.0 };
+        rates[0] = (part * self.drag_ns2_per_m2 * rate * rate.abs() - states[0]) / self.fill_s;
+    }
 }
 
 #[cfg(test)]
@@ -93,6 +148,22 @@ mod tests {
         near("on the way back", square(left, top, 0.0, -drag), after * after, 1e-6);
         near("at the end", k * left, drag * after * after, 1e-3);
         near("step", impact.force_n(0.0), drag * speed * speed, 1e-9);
+    }
+
+    /// At once it is as without a chamber; the first pressure comes as 1 − e^(−t/τ).
+    #[test]
+    fn the_chamber_fills() {
+        let drag = "air-damping:drag_Ns2_per_m2=60";
+        for rig in [Rig::impact(25e3), Rig::impact(25e3).with_pad(80e3)] {
+            let at_once = strike(rig.clone(), 0.5, 6.0, &[drag]).truth().contacts[0];
+            let filled = strike(rig, 0.5, 6.0, &[&format!("{drag},fill_s=1e-5,fills=1")]).truth().contacts[0];
+            near("peak", filled.peak_n, at_once.peak_n, 2e-3 * at_once.peak_n);
+            near("speed after", filled.speed_after_m_per_s, at_once.speed_after_m_per_s, 2e-3);
+        }
+        let begins = strike(Rig::impact(25e3), 0.5, 6.0, &[&format!("{drag},fill_s=0.001,fills=1")]);
+        let without = strike(Rig::impact(25e3), 0.5, 6.0, &[]);
+        let expected = 60.0 * 0.25 * (1.0 - (-0.5_f64).exp());
+        near("begins", begins.force_n(5e-4) - without.force_n(5e-4), expected, 0.01 * expected);
     }
 
     /// A valve that opens on the way back: pressed in as without it, and back as by springs alone.
