@@ -155,7 +155,7 @@ mod tests {
     fn the_chamber_fills() {
         let drag = "air-damping:drag_Ns2_per_m2=60";
         for rig in [Rig::impact(25e3), Rig::impact(25e3).with_pad(80e3)] {
-            let at_once = strike(rig.clone(), 0.5, 6.0, &[drag]).truth().contacts[0];
+            let at_once = strike(rig, 0.5, 6.0, &[drag]).truth().contacts[0];
             let filled = strike(rig, 0.5, 6.0, &[&format!("{drag},fill_s=1e-5,fills=1")]).truth().contacts[0];
             near("peak", filled.peak_n, at_once.peak_n, 2e-3 * at_once.peak_n);
             near("speed after", filled.speed_after_m_per_s, at_once.speed_after_m_per_s, 2e-3);
