@@ -896,7 +896,10 @@ impl Selecting<'_> {
                 continue;
             }
             let Trial { fit, bic, .. } = &here.trial;
-            let is_as_good = |other: &Trial| other.fit.cost < fit.cost + AS_GOOD && other.bic < bic + WITHIN_REACH;
+            let is_as_good = |other: &Trial| {
+                let is_as_likely = is_likely(&other.fit) || !is_likely(fit);
+                other.fit.cost < fit.cost + AS_GOOD && other.bic < bic + WITHIN_REACH && is_as_likely
+            };
             if let Some(other) = self.lightest_in(fit, std::iter::once((place, usual))).filter(is_as_good) {
                 here = Standing::of(self.problem, other, self.part)?;
             }
