@@ -41,6 +41,7 @@ pub mod subset;
 pub mod unfold;
 pub mod verdict;
 pub mod words;
+pub mod work;
 
 use thud_sim::mechanism::{LIST, Mechanism, MechanismError};
 
@@ -190,6 +191,7 @@ pub fn diagnose(
     let located =
         Fit::run(&problem, seen, baseline.point.clone(), &all, Effort::AGAIN).unwrap_or_else(|| baseline.clone());
     notes.extend(retuned::delays(&problem, &selection));
+    notes.extend(problem.work.cut_short().map(|sentence| Note::general(&sentence)));
     let map =
         verdict::remains(&selection).then(|| rest::map(&problem, &selection.best.fit, &selection.tangent)).flatten();
     progress("recordings left out");

@@ -6,6 +6,7 @@
 //! clearly more than what is at hand does.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use thud_sim::mechanism::Search;
 
@@ -264,6 +265,7 @@ fn separation(
         configurations: problem.configurations.clone(),
         mass_sd: problem.mass_sd.clone(),
         is_of_places: problem.is_of_places,
+        work: Arc::clone(&problem.work),
         recordings: vec![Prepared {
             name: String::new(),
             file: String::new(),

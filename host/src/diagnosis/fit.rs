@@ -24,6 +24,7 @@ use super::layout::{Layout, Point, Role};
 use super::predict;
 use super::problem::Problem;
 use super::series::Series;
+use super::work::{following_ns, reading_ns};
 
 /// An iteration that gains less than this in χ², or than this part of it, is the last.
 const SMALL_GAIN: f64 = 0.02;
@@ -87,6 +88,8 @@ pub struct Fit {
     pub model: Vec<Vec<f64>>,
     /// What the last step took off χ²: nothing, where no step makes it better any more.
     pub gaining: f64,
+    /// What it costs to follow and read its motions once, ns as [`super::work`] counts.
+    pub motions_ns: u64,
     /// Shapes of mechanisms of which the recordings say less than what is likely does, as the last step has seen them.
     pub silent: usize,
 }
@@ -258,11 +261,12 @@ impl Fit {
             })
             .collect();
         let (model, motions): (Vec<_>, Vec<_>) = moved?.into_iter().unzip();
+        let motions_ns = motions.iter().map(following_ns).sum::<u64>() + reading_ns(model.iter().map(Vec::len).sum());
         let mut all = vec![Vec::new(); problem.recordings.len()];
         for (recording, values) in part.iter().zip(model) {
             all[*recording] = values;
         }
-        Some((Self::showing(problem, layout, point, all, part), motions))
+        Some((Self { motions_ns, ..Self::showing(problem, layout, point, all, part) }, motions))
     }
 
     /// What is left where a model shows these values of each recording; none of what takes no part.
@@ -276,7 +280,7 @@ impl Fit {
             .collect();
         let cost =
             residuals.iter().flatten().map(|r| robust(*r)).sum::<f64>() + prior_cost(problem, &layout, &point, part);
-        Self { layout, point, cost, residuals, model, gaining: f64::INFINITY, silent: 0 }
+        Self { layout, point, cost, residuals, model, gaining: f64::INFINITY, motions_ns: 0, silent: 0 }
     }
 
     /// The same with every contact at the instant nearby that fits best, all else as given. A step at contact that moves past a sample is
@@ -284,7 +288,7 @@ impl Fit {
     #[must_use]
     pub fn touching(problem: &Problem, layout: Layout, mut point: Point, part: Part<'_>) -> Option<Self> {
         let contact = layout.locals.iter().position(|coordinate| coordinate.role == Role::Contact)?;
-        let nearby: Option<Vec<(f64, Vec<f64>)>> = part
+        let nearby: Option<Vec<(f64, Vec<f64>, u64)>> = part
             .par_iter()
             .map(|&recording| {
                 let impact = predict::strike(problem, &layout, &point, recording).ok()?;
@@ -296,15 +300,26 @@ impl Fit {
                     (cost, shift_s, values)
                 });
                 let (_, shift_s, values) = shown.min_by(|a, b| a.0.total_cmp(&b.0))?;
-                values.iter().all(|value| value.is_finite()).then_some((shift_s, values))
+                let motion_ns = following_ns(&impact) + reading_ns(values.len());
+                values.iter().all(|value| value.is_finite()).then_some((shift_s, values, motion_ns))
             })
             .collect();
         let mut model = vec![Vec::new(); problem.recordings.len()];
-        for (&recording, (shift_s, values)) in part.iter().zip(nearby?) {
+        let mut motions_ns = 0;
+        for (&recording, (shift_s, values, motion_ns)) in part.iter().zip(nearby?) {
             point.locals[recording][contact] += shift_s;
             model[recording] = values;
+            motions_ns += motion_ns;
         }
-        Some(Self::showing(problem, layout, point, model, part))
+        Some(Self { motions_ns, ..Self::showing(problem, layout, point, model, part) })
+    }
+
+    /// What so much effort would cost at most, ns as [`super::work`] counts: each column of a tangent is a motion, or two of them, and a step is one.
+    #[must_use]
+    pub fn cost_ns(&self, effort: Effort) -> u64 {
+        let sides = if effort.central { 2 } else { 1 };
+        let columns = sides * self.layout.globals.len() + self.layout.locals.len() + 1;
+        effort.iterations as u64 * columns as u64 * self.motions_ns
     }
 
     /// What strains the beliefs about rig, masses, speeds and mechanisms.

@@ -49,7 +49,9 @@ fn strike_until(
     until_s: f64,
 ) -> Result<Impact, RigError> {
     let (rig, approach, effects) = assembled(problem, layout, point, recording);
-    rig.strike(&approach, &effects, until_s.max(1e-3), ACCURACY)
+    let motion = rig.strike(&approach, &effects, until_s.max(1e-3), ACCURACY);
+    problem.work.follow(motion.as_ref().ok());
+    motion
 }
 
 fn assembled(problem: &Problem, layout: &Layout, point: &Point, recording: usize) -> (Rig, Approach, Vec<Effect>) {
@@ -127,6 +129,7 @@ pub fn unlogged(
     let contact_s = layout.contact_s(point, recording) + shift_s;
     let since_s: Vec<f64> = prepared.times_s.iter().map(|time| time - contact_s).collect();
     let rows = since_s.len();
+    problem.work.read(rows * problem.channels.len());
     let more = match impact.shown_s(&since_s) {
         Cow::Owned(more) => Some(more),
         Cow::Borrowed(_) => None,

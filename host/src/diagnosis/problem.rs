@@ -8,6 +8,7 @@
 //! ```
 
 use std::ops::RangeInclusive;
+use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 use statrs::statistics::Statistics as _;
@@ -17,6 +18,7 @@ use super::convention::{Convention, convention};
 use super::noise::Noise;
 use super::predict::bends;
 use super::spectrum::without_mains;
+use super::work::Work;
 use super::{DiagnosisError, Note};
 use crate::campaign::{Campaign, Estimate, Loaded, Observed, Rig, RigKind};
 use crate::decimal::significant;
@@ -82,6 +84,8 @@ pub struct Problem {
     pub mass_sd: Vec<f64>,
     /// [`Campaign::is_of_places`].
     pub is_of_places: bool,
+    /// What has been done about it; of all that is made from it, too.
+    pub work: Arc<Work>,
 }
 
 /// What a channel shows.
@@ -456,6 +460,7 @@ impl Problem {
             configurations,
             mass_sd,
             is_of_places: campaign.is_of_places(),
+            work: Arc::default(),
         })
     }
 }

@@ -26,6 +26,7 @@ use super::screen::{Screened, scale_strength};
 use super::select::Trial;
 use super::subset::Subset;
 use super::verdict::SIGNIFICANT;
+use super::work::Purse;
 
 /// How far a search goes.
 #[derive(Clone, Copy, Debug)]
@@ -53,6 +54,8 @@ impl Breadth {
     const EVERY: Self = Self { tried: usize::MAX, begun: 2, refitted: usize::MAX, starts: 1, ..Self::MORE };
 }
 
+/// About so many times the motions of a fit are followed to begin with one more mechanism.
+const BEGINNING: u64 = 4;
 /// How often a start is looked at, and one from far away.
 const LOOKS: usize = 2;
 const LOOKS_ANEW: usize = 4;
@@ -147,7 +150,10 @@ pub fn refit(
     wanted: f64,
 ) -> Vec<Trial> {
     let breadth = if rest.z() > ENORMOUS { Breadth::EVERY } else { breadth };
-    let begun = promising(base, scores, breadth)
+    let mut promised = promising(base, scores, breadth);
+    let begun_ns = promised.iter().map(|_| BEGINNING * base.motions_ns);
+    promised.truncate(problem.work.purse().pays_for(begun_ns));
+    let begun = promised
         .par_iter()
         .filter_map(|score| {
             let fit = begin(problem, base, score, part)?;
@@ -250,7 +256,7 @@ pub fn together(
     let confused = mechanisms.iter().filter(|mechanism| mechanism.is_confused_with(first.effect.mechanism()));
     let pairs = confused.flat_map(|mechanism| forms.iter().flat_map(|form| begun(mechanism, form)));
     let candidate = |fit: Fit| Candidate { fit, promised: 0.0, to_beat: f64::INFINITY };
-    followed(problem, base, pairs.map(candidate).collect(), part, wanted)
+    followed(problem, base, pairs.map(candidate).collect(), part, wanted, &problem.work.purse())
 }
 
 /// Chooses among starts, given in the order of what they promise: the most promising and what the simulation makes most of, in turn.
@@ -320,16 +326,15 @@ struct Candidate {
 /// A few iterations each, as long as there is hope; then who leads, who is about to, and who was promised to come near the best and has
 /// not yet, in stretches, as long as each may still come near the best.
 fn finished(problem: &Problem, base: &Fit, mut starts: Vec<Start>, part: Part<'_>, wanted: f64) -> Vec<Trial> {
+    let purse = problem.work.purse();
     let mut best = wanted;
     for look in 0..starts.iter().map(|start| start.looks).max().unwrap_or(0) {
         let more = |start: &Start| look < start.looks && may_still(base, &start.fit, start.promised, best);
-        let looked = |start: Start| {
-            if !more(&start) {
-                return start;
-            }
-            Start { fit: start.fit.further(problem, part, Effort::LOOK), ..start }
-        };
-        starts = starts.into_par_iter().map(looked).collect();
+        let (looked, rest): (Vec<Start>, Vec<Start>) = starts.into_iter().partition(more);
+        let (looked, unpaid) = paid_for(looked, |start| &start.fit, Effort::LOOK, &purse);
+        let look = |start: Start| Start { fit: start.fit.further(problem, part, Effort::LOOK), ..start };
+        let unmoved = rest.into_iter().chain(unpaid);
+        starts = looked.into_par_iter().map(look).collect::<Vec<_>>().into_iter().chain(unmoved).collect();
         best = starts.iter().map(|start| start.fit.cost).fold(best, f64::min);
     }
     let mut looked: Vec<(Trial, f64)> =
@@ -356,7 +361,7 @@ fn finished(problem: &Problem, base: &Fit, mut starts: Vec<Start>, part: Part<'_
         Candidate { fit: trial.fit.clone(), promised: *promised, to_beat }
     };
     let candidates = looked.iter().enumerate().map(candidate).collect();
-    let trials = followed(problem, base, candidates, part, best);
+    let trials = followed(problem, base, candidates, part, best, &purse);
     let mut trials: Vec<Trial> = trials.into_iter().map(|trial| each_its_own(problem, trial, part)).collect();
     trials.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     let mut once: HashSet<(&str, Scope)> = HashSet::new();
@@ -367,28 +372,41 @@ fn finished(problem: &Problem, base: &Fit, mut starts: Vec<Start>, part: Part<'_
     trials
 }
 
-/// What candidates come to in stretches, as long as each may still come near the best.
+/// What candidates come to in stretches, as long as each may still come near the best and is paid for.
 fn followed(
     problem: &Problem,
     base: &Fit,
     mut candidates: Vec<Candidate>,
     part: Part<'_>,
     mut best: f64,
+    purse: &Purse<'_>,
 ) -> Vec<Trial> {
     for _ in 0..STRETCHES {
         let goes_on = |Candidate { fit, promised, to_beat }: &Candidate| {
             would_be(fit) < *to_beat && may_still(base, fit, *promised, best) && comes_near(fit, STANDS_STILL, best)
         };
-        let follow = |candidate: Candidate| {
-            if !goes_on(&candidate) {
-                return candidate;
-            }
-            Candidate { fit: candidate.fit.further(problem, part, Effort::AGAIN), ..candidate }
-        };
-        candidates = candidates.into_par_iter().map(follow).collect();
+        let (going, rest): (Vec<Candidate>, Vec<Candidate>) = candidates.into_iter().partition(goes_on);
+        let (going, unpaid) = paid_for(going, |candidate| &candidate.fit, Effort::AGAIN, purse);
+        let follow =
+            |candidate: Candidate| Candidate { fit: candidate.fit.further(problem, part, Effort::AGAIN), ..candidate };
+        let unmoved = rest.into_iter().chain(unpaid);
+        candidates = going.into_par_iter().map(follow).collect::<Vec<_>>().into_iter().chain(unmoved).collect();
         best = candidates.iter().map(|candidate| candidate.fit.cost).fold(best, f64::min);
     }
     candidates.into_iter().map(|candidate| Trial::new(problem, candidate.fit)).collect()
+}
+
+/// Those for which a search can pay, the leading ones first, and the others.
+fn paid_for<T>(
+    mut candidates: Vec<T>,
+    fit: impl Fn(&T) -> &Fit,
+    effort: Effort,
+    purse: &Purse<'_>,
+) -> (Vec<T>, Vec<T>) {
+    candidates.sort_by(|a, b| fit(a).cost.total_cmp(&fit(b).cost));
+    let paid = purse.pays_for(candidates.iter().map(|candidate| fit(candidate).cost_ns(effort)));
+    let unpaid = candidates.split_off(paid);
+    (candidates, unpaid)
 }
 
 /// Where a fit would be after so many steps like its last.

@@ -27,6 +27,8 @@ use super::problem::Problem;
 use super::repeats::Repeat;
 use super::subset::Subset;
 
+/// A part of a search's cost is its scores: so many times what the motions of a start cost are to be paid for.
+const SCREENING: u64 = 2;
 /// A signature of less than this whitened norm cannot be seen.
 const INVISIBLE: f64 = 1e-3;
 /// A signature of which more than this is imitated is taken again at a smaller strength.
@@ -73,8 +75,12 @@ pub fn screen(
     mechanisms: &[&'static Mechanism],
 ) -> Vec<Screened> {
     let Some(normal) = tangent.normal(0.0) else { return Vec::new() };
-    let starts: Vec<(usize, Effect)> =
+    let mut starts: Vec<(usize, Effect)> =
         mechanisms.iter().flat_map(|mechanism| reach.starts(mechanism).into_iter().enumerate()).collect();
+    // Where the motions themselves are long to follow, a coarser grid: every second start of each mechanism, or every third.
+    let paid = problem.work.purse().pays_for(starts.iter().map(|_| SCREENING * fit.motions_ns));
+    let every = starts.len().div_ceil(paid.max(1));
+    starts.retain(|(start, _)| start % every == 0);
     let configurations = problem.configurations.len();
     let all: Vec<usize> = (0..problem.recordings.len()).collect();
     // A fit is never quite where it goes to; what is left of its gradient would look like a score of whatever it can imitate.

@@ -567,7 +567,7 @@ impl Selecting<'_> {
         let mut leaves = self.leaves(&from);
         // One that leaves much is begun anew first (`revised`).
         let may_be_two = from.mechanisms() > 1 || from.mechanisms() == 1 && from.asks() && !leaves;
-        if !may_be_two {
+        if !may_be_two || self.problem.work.is_done() {
             return Some(from);
         }
         let lowest = self.firsts.iter().map(|first| self.missed(&first.fit)).fold(f64::INFINITY, f64::min);
@@ -618,7 +618,7 @@ impl Selecting<'_> {
     fn revised(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
         let leaves = self.leaves(&from);
         let is_plain = matches!(from.entrants(), [] | [_]) && !from.trial.fit.layout.is_loose();
-        if is_plain && !leaves {
+        if (is_plain && !leaves) || self.problem.work.is_done() {
             return Some(from);
         }
         progress("is it another one after all");
@@ -664,7 +664,7 @@ impl Selecting<'_> {
     /// Where something is left, each mechanism is begun together with what it is confused with. A pair that leaves something as well is no better:
     /// with two that take from each other much bends to much.
     fn paired(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
-        if !self.leaves(&from) {
+        if !self.leaves(&from) || self.problem.work.is_done() {
             return Some(from);
         }
         progress("is it two that take from each other");
@@ -697,7 +697,7 @@ impl Selecting<'_> {
     fn steadied(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
         let mut here = from;
         for entrant in here.entrants().to_vec() {
-            if !entrant.is_loose() || !here.entrants().contains(&entrant) {
+            if !entrant.is_loose() || !here.entrants().contains(&entrant) || self.problem.work.is_done() {
                 continue;
             }
             let loose = entrant.effect.mechanism();
@@ -730,8 +730,13 @@ impl Selecting<'_> {
     /// One mechanism more, as long as one is worth it.
     fn grow(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
         let mut here = from;
-        while here.mechanisms() < self.most {
+        while here.mechanisms() < self.most && !(here.mechanisms() > 0 && self.problem.work.is_done()) {
             let number = here.mechanisms();
+            let last = number + 1 == self.most;
+            if number > 1 && !here.asks() {
+                // Of nothing a third explains nothing.
+                break;
+            }
             progress(if number == 0 { "which mechanism" } else { "is there another" });
             let scores = self.scores(&here.trial.fit, &here.tangent, &here.trial.fit);
             if number == 0 {
@@ -745,7 +750,6 @@ impl Selecting<'_> {
             let left = here.trial.fit.cost - LEAST_NOISE * self.problem.rows() as f64;
             let hopeless = (HOPELESS * enough).min(ALIKE);
             let promises = |score: &Screened| score.z.powi(2) > hopeless && score.z.powi(2) < left;
-            let last = number + 1 == self.most;
             if (!asks || last) && !scores.iter().any(promises) {
                 break;
             }
@@ -821,7 +825,7 @@ impl Selecting<'_> {
     fn substituted(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
         let mut here = from;
         for _ in 0..ROUNDS {
-            if here.mechanisms() == 0 {
+            if here.mechanisms() == 0 || self.problem.work.is_done() {
                 break;
             }
             progress("does another stand in for one of them");
@@ -842,7 +846,7 @@ impl Selecting<'_> {
     /// what is likely, it leaves that part to another. Two of which each is likely stand instead where they leave nothing and cannot be told from it.
     fn divided(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
         let is_unlikely = from.mechanisms() == 1 && unlikely(&self.selection(from.clone()), 0).is_some();
-        if !is_unlikely {
+        if !is_unlikely || self.problem.work.is_done() {
             return Some(from);
         }
         progress("has it another's part in it");
