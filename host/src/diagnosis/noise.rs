@@ -57,15 +57,15 @@ pub struct Noise {
 struct Memory {
     /// a_1, a_2, …; empty: nothing.
     coefficients: Vec<f64>,
-    /// How many of these are free.
-    free: usize,
+    /// Up to which lag they are alike from the one before on.
+    lags: Vec<usize>,
     /// Standard deviation of w, in the channel's unit.
     innovation: f64,
 }
 
 impl Memory {
     fn none(rms: f64) -> Self {
-        Self { coefficients: Vec::new(), free: 0, innovation: rms }
+        Self { coefficients: Vec::new(), lags: Vec::new(), innovation: rms }
     }
 
     /// With coefficients that are alike up to each of these lags from the one before, by Yule and Walker's equations; `None` where the covariances
@@ -84,7 +84,7 @@ impl Memory {
             (0..lags.len()).flat_map(|number| stretch(number).map(|_| alike[number]).collect::<Vec<_>>());
         (innovation > 0.01 * variance).then(|| Self {
             coefficients: coefficients.collect(),
-            free: lags.len(),
+            lags: lags.to_vec(),
             innovation: innovation.sqrt(),
         })
     }
@@ -97,7 +97,7 @@ impl Noise {
     pub fn unseen(rms: f64, quick: f64) -> Self {
         let alike = alike(quick / rms);
         let innovation = rms * (1.0 - alike * alike).sqrt();
-        let last = (alike > 0.0).then(|| Memory { coefficients: vec![alike], free: 1, innovation });
+        let last = (alike > 0.0).then(|| Memory { coefficients: vec![alike], lags: vec![1], innovation });
         Self { memories: std::iter::once(Memory::none(rms)).chain(last).collect(), rms, samples: 0 }
     }
 
@@ -130,7 +130,8 @@ impl Noise {
             return Some(Self { memories: vec![Memory::none(rms)], rms, samples });
         };
         let shortest = fitted.iter().map(Vec::len).min().unwrap_or(0);
-        let shows = |lag: &usize| told.memory.free == ORDER && STRETCHES * lag <= shortest && IN_ALL * lag <= samples;
+        let shows =
+            |lag: &usize| told.memory.lags.len() == ORDER && STRETCHES * lag <= shortest && IN_ALL * lag <= samples;
         let many = SLOWER[1..].iter().take_while(|lag| shows(lag)).count();
         let with = |many: usize| {
             let lags: Vec<usize> = one_by_one(ORDER).into_iter().chain(SLOWER[1..=many].iter().copied()).collect();
@@ -145,7 +146,7 @@ impl Noise {
         };
         // A longer memory has to be worth its coefficients (BIC), the longest before others: one step ahead says little of the slowest noise.
         let misses = |memory: &Memory| {
-            samples as f64 * memory.innovation.powi(2).ln() + memory.free as f64 * (samples as f64).ln()
+            samples as f64 * memory.innovation.powi(2).ln() + memory.lags.len() as f64 * (samples as f64).ln()
         };
         let is_worth_it = |longer: &Told| misses(&longer.memory) < misses(&told.memory) - LONGER;
         let is_slow = many >= LEAST_SLOWER && with(many).is_some_and(|longest| goes_on(&longest));
@@ -200,16 +201,30 @@ impl Noise {
         let reach = |number: usize| self.memories.get(number).map_or(usize::MAX, |memory| memory.coefficients.len());
         let end = (last + 1 + reach(self.memories.len() - 1)).min(residual.len());
         let past = residual[..end].to_vec();
+        // The sum of all values before each.
+        let mut sums = vec![0.0; end + 1];
+        (from..end).for_each(|place| sums[place + 1] = sums[place] + past[place]);
         for (number, memory) in self.memories.iter().enumerate() {
             let begin = reach(number).max(from);
             if begin >= end {
                 continue;
             }
             let values = &mut residual[begin..reach(number + 1).clamp(begin, end)];
-            for (lag, coefficient) in memory.coefficients.iter().enumerate() {
-                for (value, before) in values.iter_mut().zip(&past[begin - 1 - lag..]) {
-                    *value -= coefficient * before;
+            let mut before = 0;
+            for lag in &memory.lags {
+                let coefficient = memory.coefficients[before];
+                if *lag == before + 1 {
+                    for (value, past) in values.iter_mut().zip(&past[begin - lag..]) {
+                        *value -= coefficient * past;
+                    }
+                } else {
+                    for (value, (to, from)) in
+                        values.iter_mut().zip(sums[begin - before..].iter().zip(&sums[begin - lag..]))
+                    {
+                        *value -= coefficient * (to - from);
+                    }
                 }
+                before = *lag;
             }
             values.iter_mut().for_each(|value| *value /= memory.innovation);
         }
