@@ -19,8 +19,9 @@ const STRETCHES: usize = 3;
 const IN_ALL: usize = 16;
 /// The half of a period of a hum has to be within what is remembered, else that is not told from slow noise: the third step is 10 ms of 5 kHz.
 const LEAST_SLOWER: usize = 3;
-/// A coefficient of nothing strays by 1/√(N·n), n of which are alike and N samples; so many of these below zero it turns.
-const AT_LEAST: f64 = 2.0;
+/// A coefficient of nothing strays by 1/√(N·n), n of which are alike and N samples: so many of these below zero it turns, or anything below it where
+/// less than a whole period may be remembered.
+const STRAYS: f64 = 2.0;
 /// And it must lower BIC by this: by chance one does so in some thousand campaigns.
 const LONGER: f64 = 8.0;
 /// Quiet samples for each coefficient, at least; fewer make a lower order, and the fewest none.
@@ -142,7 +143,8 @@ impl Noise {
             let beyond =
                 SLOWER.windows(2).filter_map(|two| Some((two[1] - two[0], told.memory.coefficients.get(two[0])?)));
             let mut sizes = beyond.map(|(alike, coefficient)| coefficient * ((samples * alike) as f64).sqrt());
-            sizes.all(|size| size > -AT_LEAST)
+            let strays = if many + 1 == SLOWER.len() { STRAYS } else { 0.0 };
+            sizes.all(|size| size > -strays)
         };
         // A longer memory has to be worth its coefficients (BIC), the longest before others: one step ahead says little of the slowest noise.
         let misses = |memory: &Memory| {

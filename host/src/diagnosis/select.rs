@@ -4,6 +4,7 @@
 //! baseline ─▶ screen ─▶ refit the promising ─▶ best by BIC ─▶ is there a rest? ─▶ again … ─▶ drop what is not missed
 //!                                                  ─▶ where that leaves something, or names more than one: each one anew; the better one
 //!                                                  ─▶ where that still leaves something: each of it together with what it is confused with
+//!                                                  ─▶ where that leaves something, or bends to much: the two steady ones that tangents beside each first promise most of
 //!                                                  ─▶ all of it once more without what bends to each recording; the better one
 //!                                                  ─▶ of several: what each is confused with in its place, all else as it is
 //!                                                  ─▶ where that leaves something: forms that add to a mechanism
@@ -77,6 +78,11 @@ const ROUNDS: usize = 2;
 const NEARLY: f64 = 0.05;
 /// The most of these that a second one is sought beside.
 const NEAREST: usize = 2;
+/// Steady firsts that explain so much of what the best does are worth a second one, the lightest so many of them,
+const PARTLY: f64 = 0.5;
+const FIRSTS: usize = 8;
+/// and of the pairs that tangents promise so many are refitted.
+const CROSSED: usize = 4;
 /// The most mechanisms in one model.
 const MOST_MECHANISMS: usize = 3;
 
@@ -354,6 +360,7 @@ pub fn select(
     let here = selecting.begun_otherwise(here, progress)?;
     let here = selecting.revised(here, progress)?;
     let here = selecting.paired(here, progress)?;
+    let here = selecting.crossed(here, progress)?;
     let here = selecting.steadied(here, progress)?;
     let here = selecting.substituted(here, progress)?;
     let here = selecting.in_later_form(here)?;
@@ -686,6 +693,62 @@ impl Selecting<'_> {
             leaves = self.leaves(&here);
         }
         if self.is_lighter(&here.trial, &from.trial) && !leaves {
+            return Some(here);
+        }
+        self.rivals = rivals;
+        Some(from)
+    }
+
+    /// Where something is left still, or one mechanism that bends to much (to each recording, or to a shape that nothing has) explains it all: the pairs
+    /// of steady ones of which tangents beside each first promise most. Of two that are hidden neither need come near what a third bends to.
+    fn crossed(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
+        let leaves = self.leaves(&from);
+        let fit = &from.trial.fit;
+        let bends = from.mechanisms() == 1 && (fit.layout.is_loose() || !is_likely(fit));
+        if !(leaves || bends) || self.problem.work.is_done() {
+            return Some(from);
+        }
+        progress("is it any other two");
+        let (without, lowest) = (self.retuned.trial.fit.cost, from.trial.fit.cost);
+        let is_part = |first: &&Trial| {
+            let is_steady = added(&first.fit).is_alike_everywhere() && first.coincidences.is_empty();
+            is_steady && is_likely(&first.fit) && first.fit.cost - lowest < PARTLY * (without - lowest)
+        };
+        let mut firsts: Vec<&Trial> = self.firsts.iter().filter(is_part).collect();
+        firsts.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+        firsts.truncate(FIRSTS);
+        let noise = LEAST_NOISE * self.problem.rows() as f64;
+        let mut pairs: Vec<(f64, usize, Screened)> = Vec::new();
+        let mut rests = Vec::new();
+        for (number, first) in firsts.iter().enumerate() {
+            let tangent = first.fit.tangent(self.problem, self.part)?;
+            rests.push(omnibus(self.problem, &first.fit, &tangent));
+            let scores = self.scores(&first.fit, &tangent, &first.fit).into_iter();
+            let believed = scores.filter(|score| {
+                score.entrant.is_alike_everywhere() && score.z > 0.0 && score.z.powi(2) < first.fit.cost - noise
+            });
+            pairs.extend(believed.map(|score| (first.fit.cost - score.z.powi(2), number, score)));
+        }
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut met: Vec<[&str; 2]> = Vec::new();
+        pairs.retain(|(_, first, score)| {
+            let mut ids = [added(&firsts[*first].fit), &score.entrant].map(|entrant| entrant.effect.mechanism().id);
+            ids.sort_unstable();
+            let is_new = !met.contains(&ids);
+            met.push(ids);
+            is_new
+        });
+        pairs.truncate(CROSSED);
+        let refitted = pairs.into_iter().flat_map(|(_, first, score)| {
+            let (base, rest) = (&firsts[first].fit, rests[first]);
+            refit(self.problem, base, &[score], rest, Breadth::INSTEAD, self.part, lowest)
+        });
+        let lightest = refitted.min_by(|a, b| self.burden(a).total_cmp(&self.burden(b)));
+        let Some(pair) = lightest.filter(|pair| self.is_lighter(pair, &from.trial)) else { return Some(from) };
+        let begun = Standing::of(self.problem, pair, self.part)?;
+        let rivals = std::mem::take(&mut self.rivals);
+        let here = self.settled(begun, progress)?;
+        if self.is_lighter(&here.trial, &from.trial) && !self.leaves(&here) {
             return Some(here);
         }
         self.rivals = rivals;
