@@ -719,10 +719,11 @@ impl Selecting<'_> {
         firsts.truncate(FIRSTS);
         let noise = LEAST_NOISE * self.problem.rows() as f64;
         let mut pairs: Vec<(f64, usize, Screened)> = Vec::new();
-        let mut rests = Vec::new();
-        for (number, first) in firsts.iter().enumerate() {
-            let tangent = first.fit.tangent(self.problem, self.part)?;
-            rests.push(omnibus(self.problem, &first.fit, &tangent));
+        let mut left = Vec::new();
+        for first in firsts {
+            let Some(tangent) = first.fit.tangent(self.problem, self.part) else { continue };
+            let number = left.len();
+            left.push((&first.fit, omnibus(self.problem, &first.fit, &tangent)));
             let scores = self.scores(&first.fit, &tangent, &first.fit).into_iter();
             let believed = scores.filter(|score| {
                 score.entrant.is_alike_everywhere() && score.z > 0.0 && score.z.powi(2) < first.fit.cost - noise
@@ -732,7 +733,7 @@ impl Selecting<'_> {
         pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut met: Vec<[&str; 2]> = Vec::new();
         pairs.retain(|(_, first, score)| {
-            let mut ids = [added(&firsts[*first].fit), &score.entrant].map(|entrant| entrant.effect.mechanism().id);
+            let mut ids = [added(left[*first].0), &score.entrant].map(|entrant| entrant.effect.mechanism().id);
             ids.sort_unstable();
             let is_new = !met.contains(&ids);
             met.push(ids);
@@ -740,7 +741,7 @@ impl Selecting<'_> {
         });
         pairs.truncate(CROSSED);
         let refitted = pairs.into_iter().flat_map(|(_, first, score)| {
-            let (base, rest) = (&firsts[first].fit, rests[first]);
+            let (base, rest) = left[first];
             refit(self.problem, base, &[score], rest, Breadth::INSTEAD, self.part, lowest)
         });
         let lightest = refitted.min_by(|a, b| self.burden(a).total_cmp(&self.burden(b)));
