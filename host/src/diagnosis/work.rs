@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use thud_sim::rig::Impact;
 
 /// What one step of a solver, one evaluation of the equations and one value that is read cost, ns of one core of a small server: as a straight line through the
-/// times of the stages of a slow campaign (20 to 120 s each) has them, to a tenth.
+/// times of the stages of a slow campaign (20 to 120 s each) has them; of another it was right to a fifth.
 const STEP_NS: u64 = 2500;
 const EVALUATION_NS: u64 = 170;
 const VALUE_NS: u64 = 18;
