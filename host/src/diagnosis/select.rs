@@ -794,11 +794,12 @@ impl Selecting<'_> {
     /// One mechanism more, as long as one is worth it.
     fn grow(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
         let mut here = from;
-        while here.mechanisms() < self.most && !(here.mechanisms() > 0 && self.problem.work.is_done()) {
+        while here.mechanisms() < self.most {
             let number = here.mechanisms();
             let last = number + 1 == self.most;
-            if number > 1 && !here.asks() {
-                // Of nothing a third explains nothing.
+            // Of nothing a third explains nothing.
+            let is_idle = number > 1 && !here.asks();
+            if is_idle || number > 0 && self.problem.work.is_done() {
                 break;
             }
             progress(if number == 0 { "which mechanism" } else { "is there another" });
