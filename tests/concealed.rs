@@ -44,7 +44,7 @@ fn where_nothing_is_hidden_the_simulation_holds() {
 }
 
 /// The fourth request of an effect is a plain one (d of 60 and more). Four of five: a pad that relaxes in three branches at once is
-/// taken for an elastic joint (docs/roadmap.md).
+/// taken for an elastic joint (docs/diagnosis-open.md).
 #[test]
 fn one_plain_effect_is_named() {
     let folder = TempDir::new().unwrap();
