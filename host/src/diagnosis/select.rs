@@ -356,22 +356,30 @@ pub fn select(
         rivals: Vec::new(),
         met: Vec::new(),
     };
-    let here = selecting.settled(selecting.retuned.clone(), progress)?;
-    let here = selecting.begun_otherwise(here, progress)?;
-    let here = selecting.revised(here, progress)?;
-    let here = selecting.paired(here, progress)?;
-    let here = selecting.crossed(here, progress)?;
-    let here = selecting.steadied(here, progress)?;
-    let here = selecting.substituted(here, progress)?;
+    let mut here = selecting.settled(selecting.retuned.clone(), progress)?;
+    let stages: [Stage<'_>; 6] = [
+        Selecting::begun_otherwise,
+        Selecting::revised,
+        Selecting::paired,
+        Selecting::crossed,
+        Selecting::steadied,
+        Selecting::substituted,
+    ];
+    for stage in stages {
+        here = selecting.paid_for(stage, here, progress)?;
+    }
     let here = selecting.in_later_form(here)?;
     let here = selecting.stripped(here)?;
     let here = selecting.without_a_third(here)?;
-    let here = selecting.divided(here, progress)?;
+    let here = selecting.paid_for(Selecting::divided, here, progress)?;
     selecting.meet_kin(&here);
     let here = selecting.foretelling(here)?;
     let here = selecting.in_usual_form(here)?;
     Some(selecting.selection(here))
 }
+
+/// A search for a better model than one.
+type Stage<'a> = fn(&mut Selecting<'a>, Standing, &mut dyn FnMut(&str)) -> Option<Standing>;
 
 /// A selection under way.
 struct Selecting<'a> {
@@ -414,7 +422,7 @@ impl Met {
     }
 }
 
-impl Selecting<'_> {
+impl<'a> Selecting<'a> {
     /// With what it came to.
     fn selection(&self, here: Standing) -> Selection {
         let worth = here.worth();
@@ -453,6 +461,11 @@ impl Selecting<'_> {
             worth,
             is_likely_without,
         }
+    }
+
+    /// What a stage comes to, as long as anything further is to be begun.
+    fn paid_for(&mut self, stage: Stage<'a>, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
+        if self.problem.work.is_done() { Some(from) } else { stage(self, from, progress) }
     }
 
     /// Whether it would leave something, beside the rivals that are known now.
@@ -574,7 +587,7 @@ impl Selecting<'_> {
         let mut leaves = self.leaves(&from);
         // One that leaves much is begun anew first (`revised`).
         let may_be_two = from.mechanisms() > 1 || from.mechanisms() == 1 && from.asks() && !leaves;
-        if !may_be_two || self.problem.work.is_done() {
+        if !may_be_two {
             return Some(from);
         }
         let lowest = self.firsts.iter().map(|first| self.missed(&first.fit)).fold(f64::INFINITY, f64::min);
@@ -625,7 +638,7 @@ impl Selecting<'_> {
     fn revised(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
         let leaves = self.leaves(&from);
         let is_plain = matches!(from.entrants(), [] | [_]) && !from.trial.fit.layout.is_loose();
-        if (is_plain && !leaves) || self.problem.work.is_done() {
+        if is_plain && !leaves {
             return Some(from);
         }
         progress("is it another one after all");
@@ -671,7 +684,7 @@ impl Selecting<'_> {
     /// Where something is left, each mechanism is begun together with what it is confused with. A pair that leaves something as well is no better:
     /// with two that take from each other much bends to much.
     fn paired(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
-        if !self.leaves(&from) || self.problem.work.is_done() {
+        if !self.leaves(&from) {
             return Some(from);
         }
         progress("is it two that take from each other");
@@ -681,22 +694,8 @@ impl Selecting<'_> {
             let first = Entrant { effect: layout.effect(self.problem, place, point), ..entrant.clone() };
             together(self.problem, retuned, &first, self.mechanisms, self.part, *cost)
         });
-        let lightest = pairs.min_by(|a, b| self.burden(a).total_cmp(&self.burden(b)));
-        let Some(pair) = lightest.filter(|pair| self.is_lighter(pair, &from.trial)) else { return Some(from) };
-        let begun = Standing::of(self.problem, pair, self.part)?;
-        let rivals = std::mem::take(&mut self.rivals);
-        let mut here = self.settled(begun, progress)?;
-        let mut leaves = self.leaves(&here);
-        if leaves {
-            // The first may have come first only beside the other's part.
-            here = self.substituted(here, progress)?;
-            leaves = self.leaves(&here);
-        }
-        if self.is_lighter(&here.trial, &from.trial) && !leaves {
-            return Some(here);
-        }
-        self.rivals = rivals;
-        Some(from)
+        let pairs = pairs.collect();
+        self.pair_instead(from, pairs, progress)
     }
 
     /// Where something is left still, or one mechanism that bends to much (to each recording, or to a shape that nothing has) explains it all: the pairs
@@ -705,7 +704,7 @@ impl Selecting<'_> {
         let leaves = self.leaves(&from);
         let fit = &from.trial.fit;
         let bends = from.mechanisms() == 1 && (fit.layout.is_loose() || !is_likely(fit));
-        if !(leaves || bends) || self.problem.work.is_done() {
+        if !(leaves || bends) {
             return Some(from);
         }
         progress("is it any other two");
@@ -744,12 +743,24 @@ impl Selecting<'_> {
             let (base, rest) = left[first];
             refit(self.problem, base, &[score], rest, Breadth::INSTEAD, self.part, lowest)
         });
-        let lightest = refitted.min_by(|a, b| self.burden(a).total_cmp(&self.burden(b)));
+        let refitted = refitted.collect();
+        self.pair_instead(from, refitted, progress)
+    }
+
+    /// The lightest of two that were begun at once, settled, in place of a model, where that is lighter and leaves nothing.
+    fn pair_instead(&mut self, from: Standing, pairs: Vec<Trial>, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
+        let lightest = pairs.into_iter().min_by(|a, b| self.burden(a).total_cmp(&self.burden(b)));
         let Some(pair) = lightest.filter(|pair| self.is_lighter(pair, &from.trial)) else { return Some(from) };
         let begun = Standing::of(self.problem, pair, self.part)?;
         let rivals = std::mem::take(&mut self.rivals);
-        let here = self.settled(begun, progress)?;
-        if self.is_lighter(&here.trial, &from.trial) && !self.leaves(&here) {
+        let mut here = self.settled(begun, progress)?;
+        let mut leaves = self.leaves(&here);
+        if leaves {
+            // The first may have come first only beside the other's part.
+            here = self.substituted(here, progress)?;
+            leaves = self.leaves(&here);
+        }
+        if self.is_lighter(&here.trial, &from.trial) && !leaves {
             return Some(here);
         }
         self.rivals = rivals;
@@ -911,7 +922,7 @@ impl Selecting<'_> {
     /// what is likely, it leaves that part to another. Two of which each is likely stand instead where they leave nothing and cannot be told from it.
     fn divided(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
         let is_unlikely = from.mechanisms() == 1 && unlikely(&self.selection(from.clone()), 0).is_some();
-        if !is_unlikely || self.problem.work.is_done() {
+        if !is_unlikely {
             return Some(from);
         }
         progress("has it another's part in it");
