@@ -12,12 +12,14 @@
 //! slipped is lost, so that the unloading side starts from rest at F_max. Of a massless tip (a simulated robot may have one) a ten-thousandth
 //! is left: its ring is faster than recordings show.
 //!
+//! A gauge of the robot's position shows the tip; the robot's own encoders, behind what slips, show the link.
+//!
 //! Behind an elastic joint (`joint-elasticity`) it is that joint which slips, and its link fraction that counts.
 //!
 //! Source: Coulomb slip in series with an inertia; torque limits of a KUKA iiwa 14, 320 Nm over 0.6 m: about 540 N
 //! along x, less with the arm stretched or with reduced limits.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
+use super::{Effect, Group, Mechanism, Needed, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Ceiling};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -66,6 +68,12 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Logarithmic,
             search: Search::OneOf(&[3.0, 60.0]),
         },
+        Parameter {
+            name: "gauge",
+            meaning: "where the robot's position is read: 0 at the tip, 1 behind what slips",
+            search: Search::FormWith(Needed::Position, &[0.0, 1.0], 1),
+            ..Parameter::EITHER
+        },
     ],
     signature: "a top that is flat but for a slow ring, in the strongest recordings only, then a fall as from rest: the impulse is short",
     confused_with: &["clipping", "robot-push", "end-stop"],
@@ -76,6 +84,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 fn enter(effect: &Effect, assembly: &mut Assembly) {
     assembly.ceiling =
         Some(Ceiling { force_n: effect.value(0), tip_fraction: effect.value(1), damping_ns_per_m: effect.value(2) });
+    assembly.link_bears_gauge |= effect.form(3) == 1;
 }
 
 #[cfg(test)]
@@ -120,6 +129,23 @@ mod tests {
                 near(&format!("{others:?}"), impact.force_n(time), without.force_n(time), 2e-4);
             }
         }
+    }
+
+    /// What is read behind the drives goes on while they slip, by what slipped once they hold again.
+    #[test]
+    fn an_encoder_behind_what_slips_shows_the_link() {
+        let [tip, link] = [0, 1].map(|gauge| {
+            let effect = format!("force-ceiling:force_N=60,tip_fraction=0.05,gauge={gauge}");
+            strike(Rig::impact(25e3), 0.3, 6.0, &[&effect])
+        });
+        let slipped = |time_s: f64| link.value(Quantity::Position, time_s) - tip.value(Quantity::Position, time_s);
+        near("speed", link.value(Quantity::Velocity, 0.02), tip.value(Quantity::Velocity, 0.02), 1e-12);
+        near("before", slipped(-0.01), 0.0, 1e-12);
+        near("while it holds", slipped(5e-3), 0.0, 1e-9);
+        assert!(slipped(0.02) > 1e-4, "{}", slipped(0.02));
+        // The energy that the tip's ring does not keep: 60 N times the way.
+        let after = tip.truth().contacts[0].speed_after_m_per_s;
+        near("lost", 60.0 * slipped(0.1), 0.5 * 6.0 * (0.3 * 0.3 - after * after), 0.05);
     }
 
     /// Viscous friction of the drives: the force passed on falls with the slip from F_max + c·v to F_max, and the tip rings no more.

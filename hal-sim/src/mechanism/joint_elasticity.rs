@@ -5,11 +5,11 @@
 //! ```
 //!
 //! k_j = (2πf)²·m_R·μ(1−μ) puts the free robot's own mode at f; the stiffness is the robot's property, so it
-//! is scaled with the mass of the approach.
+//! is scaled with the mass of the approach. A gauge of the robot's position shows the tip; its own encoders, at the motors, show the link.
 //!
 //! Source: lumped robot models for impacts (Caneschi et al., EuCoMeS 2024); 10–28 Hz joint modes of a KUKA iiwa.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
+use super::{Effect, Group, Mechanism, Needed, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Joint};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -58,6 +58,12 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Logarithmic,
             search: Search::Typical,
         },
+        Parameter {
+            name: "gauge",
+            meaning: "where the robot's position is read: 0 at the tip, 1 behind the joint",
+            search: Search::FormWith(Needed::Position, &[0.0, 1.0], 1),
+            ..Parameter::EITHER
+        },
     ],
     signature: "another shape of the pulse, a double hump or a second hit while the link catches up; sway afterwards",
     confused_with: &["hunt-crossley-damping", "pad-relaxation", "frame-compliance", "robot-push"],
@@ -69,4 +75,5 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
     let pulsation_per_s = std::f64::consts::TAU * effect.value(1);
     let mass_kg = assembly.approach.effective_mass_kg;
     assembly.joint = Some(Joint::of_mode(mass_kg, effect.value(0), pulsation_per_s, effect.value(2)));
+    assembly.link_bears_gauge |= effect.form(3) == 1;
 }

@@ -32,6 +32,8 @@ pub struct Assembly {
     pub joint: Option<Joint>,
     /// The most force that the robot's link passes on to its tip.
     pub ceiling: Option<Ceiling>,
+    /// Whether the robot's position is read on the link behind its joint or its slipping drives, as an encoder at the motor does.
+    pub link_bears_gauge: bool,
     /// The robot's own sway.
     pub sway: Option<Sway>,
     /// Forces on the robot besides contact and gravity.
@@ -94,6 +96,7 @@ impl Assembly {
             frame: None,
             joint: None,
             ceiling: None,
+            link_bears_gauge: false,
             sway: None,
             drives: Vec::new(),
             gravity_m_per_s2: rig.gravity_m_per_s2,

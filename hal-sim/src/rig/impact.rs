@@ -62,7 +62,7 @@ pub enum Quantity {
     Stroke,
     /// How far pad and body springs together are pressed in, m: the way of the tip while it touches, else what the piece keeps.
     Depth,
-    /// Position of the robot's tip, or of the falling mass, m: from the frame where that bears the gauge.
+    /// Position of the robot's tip, or of the falling mass, m: from the frame where that bears the gauge, of the link where that does.
     Position,
     /// Its velocity, m/s.
     Velocity,

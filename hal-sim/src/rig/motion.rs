@@ -561,7 +561,8 @@ impl System {
     pub(super) fn state_of(&self, quantity: Quantity) -> Option<(usize, Option<usize>)> {
         match quantity {
             Quantity::Position => {
-                Some((0, self.assembly.frame.filter(|frame| frame.bears_gauge).and(self.layout.frame)))
+                let shown = self.layout.link.filter(|_| self.assembly.link_bears_gauge).unwrap_or(0);
+                Some((shown, self.assembly.frame.filter(|frame| frame.bears_gauge).and(self.layout.frame)))
             }
             Quantity::Velocity => Some((1, None)),
             Quantity::Depth => Some((0, self.layout.frame)),
