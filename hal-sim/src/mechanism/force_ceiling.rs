@@ -19,7 +19,7 @@
 //! Source: Coulomb slip in series with an inertia; torque limits of a KUKA iiwa 14, 320 Nm over 0.6 m: about 540 N
 //! along x, less with the arm stretched or with reduced limits.
 
-use super::{Effect, Group, Mechanism, Needed, Parameter, Scale, Search, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Ceiling};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -69,10 +69,8 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             search: Search::OneOf(&[3.0, 60.0]),
         },
         Parameter {
-            name: "gauge",
             meaning: "where the robot's position is read: 0 at the tip, 1 behind what slips",
-            search: Search::FormWith(Needed::Position, &[0.0, 1.0], 1),
-            ..Parameter::EITHER
+            ..Parameter::GAUGE
         },
     ],
     signature: "a top that is flat but for a slow ring, in the strongest recordings only, then a fall as from rest: the impulse is short",

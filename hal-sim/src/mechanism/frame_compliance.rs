@@ -11,7 +11,7 @@
 //!
 //! Source: two bodies; stands and tables of 10 to 30 kg on 1 to 20 N/µm swing at 40 to 300 Hz.
 
-use super::{Effect, Group, Mechanism, Needed, Parameter, Scale, Search, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Frame};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -72,10 +72,8 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             search: Search::OneOf(&[0.02, 10.0]),
         },
         Parameter {
-            name: "gauge",
             meaning: "what a gauge of the robot's position stands on: 0 the ground, 1 the frame",
-            search: Search::FormWith(Needed::Position, &[0.0, 1.0], 1),
-            ..Parameter::EITHER
+            ..Parameter::GAUGE
         },
     ],
     signature: "a slight ring at one frequency from the first instant on, which goes on after release; the stiffness seems a little lower",

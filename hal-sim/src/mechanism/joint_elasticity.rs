@@ -9,7 +9,7 @@
 //!
 //! Source: lumped robot models for impacts (Caneschi et al., EuCoMeS 2024); 10–28 Hz joint modes of a KUKA iiwa.
 
-use super::{Effect, Group, Mechanism, Needed, Parameter, Scale, Search, Site};
+use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Joint};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
@@ -59,10 +59,8 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             search: Search::Typical,
         },
         Parameter {
-            name: "gauge",
             meaning: "where the robot's position is read: 0 at the tip, 1 behind the joint",
-            search: Search::FormWith(Needed::Position, &[0.0, 1.0], 1),
-            ..Parameter::EITHER
+            ..Parameter::GAUGE
         },
     ],
     signature: "another shape of the pulse, a double hump or a second hit while the link catches up; sway afterwards",

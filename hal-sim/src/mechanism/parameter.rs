@@ -138,6 +138,10 @@ impl Parameter {
         ..Self::EITHER
     };
 
+    /// Where a gauge of the robot's position is; its meaning is its mechanism's. Without such a gauge both are alike.
+    pub(super) const GAUGE: Self =
+        Self { name: "gauge", search: Search::FormWith(Needed::Position, &[0.0, 1.0], 1), ..Self::EITHER };
+
     /// Whether it is held at its value when a mechanism is fitted.
     #[must_use]
     pub fn is_held(&self) -> bool {
