@@ -507,6 +507,31 @@ fn a_pull_may_hold_until_it_tears() {
     assert!((pull_n - 4.0).abs() < 0.4 && (neck_m - 3e-4).abs() < 5e-5, "{pull_n} {neck_m}");
 }
 
+/// A filter of four poles at 600 Hz delays by 0.7 ms, nearly three samples; what it does besides is no fiftieth of that. A zero drifts from the first sample on,
+/// which is long before the fit begins, and is no noise.
+#[test]
+fn what_comes_late_on_a_drifting_zero_is_told_from_an_instant() {
+    let folder = TempDir::new().unwrap();
+    for kind in ["impact", "drop"] {
+        let rig =
+            ["simulate", "--kind", kind, "--body-stiffness", "50000", "--speeds", "0.1,0.2,0.3", "--masses", "1,2"];
+        let chain = ["--sample-rate", "4000", "--before", "0.12", "--after", "0.1", "--noise", "0.1", "--seed", "5"];
+        let late = ["--mechanism", "filter-lag:corner_Hz=600,poles=4", "--mechanism", "charge-drift:rate_N_per_s=1.5"];
+        succeeds(&folder, &[&rig[..], &["--repeats", "2", "--out", kind], &chain, &late].concat());
+        let few = ["--only", "filter-lag", "--only", "charge-drift", "--json", "-"];
+        let text = succeeds(&folder, &[&["diagnose", kind], &few[..]].concat());
+        let answer: Value = serde_json::from_str(&text).unwrap();
+        let named = answer["mechanisms"].as_array().unwrap();
+        let of = |id: &str| named.iter().find(|named| named["id"] == id).unwrap_or_else(|| panic!("{id}: {answer}"));
+        assert_eq!((named.len(), &answer["verdict"]), (2, &"named".into()), "{answer}");
+        let [corner_hz, poles] = ["corner_Hz", "poles"].map(|name| value_of(of("filter-lag"), name));
+        assert!((corner_hz - 600.0).abs() < 15.0 && poles == 4.0, "{corner_hz} {poles}");
+        assert!((value_of(of("charge-drift"), "rate_N_per_s") - 1.5).abs() < 0.1);
+        let ratio = number(&answer["model"], "noise_ratio");
+        assert!((ratio - 1.0).abs() < 0.03, "{ratio}");
+    }
+}
+
 /// A hum is on the force alone, and is worth its name by what the force shows, whatever a gauge is told of friction.
 #[test]
 fn a_hum_need_not_outweigh_what_a_gauge_gains() {

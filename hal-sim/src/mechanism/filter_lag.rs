@@ -162,6 +162,11 @@ impl Mode {
 }
 
 impl Stage for LowPass {
+    /// −H'(0) of H = Σ r/(s − p), whose H(0) is one.
+    fn delay_s(&self) -> f64 {
+        self.parts.iter().map(|(pole, residue, share)| share * (residue / (pole * pole)).re).sum()
+    }
+
     /// Before the first sample the force is taken to have been what it is there.
     fn apply(&self, times_s: &[f64], signal_n: &mut [f64]) {
         let Some(mut force_before) = signal_n.first().copied() else { return };
@@ -246,6 +251,17 @@ mod tests {
         }
     }
 
+    #[test]
+    fn slow_signals_are_as_late_as_the_equation_says() {
+        for poles in [1, 2, 3, 4, 8] {
+            let effect = Effect::new("filter-lag", &[("corner_Hz", 100.0), ("poles", f64::from(poles))]).unwrap();
+            let expected = 1.0 / (TAU * 100.0 * (PI / f64::from(2 * poles)).sin());
+            assert!((Assembly::delay_s(&effect) / expected - 1.0).abs() < 1e-9, "{poles} poles");
+        }
+        let others = ["filter-lag:corner_Hz=inf", "lost-samples", "clipping", "frame-compliance"];
+        assert!(others.iter().all(|effect| Assembly::delay_s(&effect.parse().unwrap()) == 0.0));
+    }
+
     /// For a corner at 1/s: delays and poles after A. I. Zverev, Handbook of Filter Synthesis (1967); half of the power passes at the corner.
     #[test]
     fn bessel_delays_a_ramp_without_swinging_beyond_a_step() {
@@ -258,6 +274,7 @@ mod tests {
             let mut ramp: Vec<f64> = times.iter().map(|t| 10.0 + 3.0 * t).collect();
             stage.apply(&times, &mut ramp);
             let delayed = 10.0 + 3.0 * (0.1999 - delay / (TAU * 50.0));
+            assert!((stage.delay_s() - delay / (TAU * 50.0)).abs() < 1e-8, "{}", stage.delay_s());
             assert!((ramp[1_999] - delayed).abs() < 1e-6, "{count} poles: {}, {delayed}", ramp[1_999]);
             let mut step = vec![1.0; 2_000];
             step[0] = 0.0;

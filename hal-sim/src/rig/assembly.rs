@@ -83,26 +83,7 @@ impl Assembly {
     pub fn new(rig: &Rig, approach: &Approach, effects: &[Effect]) -> Result<Self, RigError> {
         rig.check()?;
         approach.check()?;
-        let mut assembly = Self {
-            kind: rig.kind,
-            approach: *approach,
-            pad: rig.pad_stiffness_n_per_m.map(Element::linear),
-            contact_laws: Vec::new(),
-            alike_laws: Vec::new(),
-            spring: Element::linear(rig.body_stiffness_n_per_m),
-            across: Across::default(),
-            guide: Guide::default(),
-            piece: None,
-            frame: None,
-            joint: None,
-            ceiling: None,
-            link_bears_gauge: false,
-            sway: None,
-            drives: Vec::new(),
-            gravity_m_per_s2: rig.gravity_m_per_s2,
-            chain: Vec::new(),
-            log: Vec::new(),
-        };
+        let mut assembly = Self::without_effects(rig, approach);
         let mut effects: Vec<&Effect> = effects.iter().filter(|effect| !effect.is_null()).collect();
         effects.sort_by_key(|effect| turn(effect.mechanism().site));
         for effect in effects {
@@ -129,6 +110,42 @@ impl Assembly {
             None => assembly.spring.laws.extend(laws),
         }
         Ok(assembly)
+    }
+
+    /// The rig as it is stated.
+    fn without_effects(rig: &Rig, approach: &Approach) -> Self {
+        Self {
+            kind: rig.kind,
+            approach: *approach,
+            pad: rig.pad_stiffness_n_per_m.map(Element::linear),
+            contact_laws: Vec::new(),
+            alike_laws: Vec::new(),
+            spring: Element::linear(rig.body_stiffness_n_per_m),
+            across: Across::default(),
+            guide: Guide::default(),
+            piece: None,
+            frame: None,
+            joint: None,
+            ceiling: None,
+            link_bears_gauge: false,
+            sway: None,
+            drives: Vec::new(),
+            gravity_m_per_s2: rig.gravity_m_per_s2,
+            chain: Vec::new(),
+            log: Vec::new(),
+        }
+    }
+
+    /// By how much an effect of the measuring chain delays what changes slowly, s.
+    #[must_use]
+    pub fn delay_s(effect: &Effect) -> f64 {
+        if effect.is_null() || !effect.mechanism().is_seen_only() {
+            return 0.0;
+        }
+        let approach = Approach { speed_m_per_s: 1.0, effective_mass_kg: 1.0, configuration: 0, order: 0 };
+        let mut bare = Self::without_effects(&Rig::impact(1.0), &approach);
+        (effect.mechanism().enter)(effect, &mut bare);
+        bare.chain.iter().map(|stage| stage.delay_s()).sum()
     }
 }
 
@@ -622,6 +639,11 @@ pub trait Stage: Debug + Send + Sync {
     /// Whether what it works on is the signal with the chain's zero.
     fn reads_zero(&self) -> bool {
         false
+    }
+
+    /// By how much it delays what changes slowly, s.
+    fn delay_s(&self) -> f64 {
+        0.0
     }
 
     /// How much later than a sample's time what it shows may have happened, s.

@@ -374,6 +374,12 @@ impl Impact {
         times_s.iter().copied().chain(more).collect()
     }
 
+    /// Whether mechanisms act in the measuring chain.
+    #[must_use]
+    pub fn has_chain(&self) -> bool {
+        !self.chain.is_empty()
+    }
+
     /// Sends a signal (N), sampled at rising instants (s), through the measuring chain's mechanisms. What reads the chain's zero (N) as well
     /// is told it; it is not in the signal, before or after.
     pub fn apply_chain(&self, times_s: &[f64], zero_n: f64, signal_n: &mut [f64]) {

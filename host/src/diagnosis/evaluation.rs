@@ -138,7 +138,7 @@ pub fn evaluate(model: &Model, loaded: &Loaded) -> Result<Evaluation, DiagnosisE
                 file: recording.file.clone(),
                 rmse: each[number],
                 noise_ratio: each[number] / recording.raw.quiet_rms.unwrap_or(noise),
-                contact_s: fit.layout.contact_s(&fit.point, number),
+                contact_s: fit.layout.contact_s(&problem, &fit.point, number),
                 impact_speed_m_per_s: recording.speed.value + recording.speed_scale() * speed,
                 effective_mass_kg: recording.mass.value * mass.exp(),
             }

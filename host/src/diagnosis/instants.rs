@@ -459,7 +459,7 @@ fn with_one_more(problem: &Problem, fit: &Fit, gaps: Gaps, recording: usize) -> 
 /// Instants just before the samples of a recording that a fit misses most, s after contact: a further gap jumps there, however much else it moves.
 fn jumps_s(problem: &Problem, fit: &Fit, recording: usize) -> Vec<f64> {
     let prepared = &problem.recordings[recording];
-    let contact_s = fit.layout.contact_s(&fit.point, recording);
+    let contact_s = fit.layout.contact_s(problem, &fit.point, recording);
     let mut missed: Vec<(f64, f64)> =
         prepared.times_s.iter().zip(&fit.residuals[recording]).map(|(time_s, left)| (left.abs(), *time_s)).collect();
     missed.sort_by(|one, other| other.0.total_cmp(&one.0));

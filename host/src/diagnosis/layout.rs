@@ -13,6 +13,7 @@ use std::cmp::Reverse;
 
 use nalgebra::DVector;
 use thud_sim::mechanism::{Effect, Mechanism, Parameter, Scale, Search};
+use thud_sim::rig::Assembly;
 
 use super::fit::Imitation;
 use super::problem::Problem;
@@ -166,7 +167,7 @@ pub enum Role {
     Pad,
     /// ln of a configuration's mass over the stated one.
     Mass(usize),
-    /// Instant of contact in a recording's time, s.
+    /// Instant at which the measuring chain shows the contact, in a recording's time, s.
     Contact,
     /// A recording's speed less the stated one, over [`Prepared::speed_scale`](super::problem::Prepared::speed_scale).
     Speed,
@@ -523,10 +524,17 @@ impl Layout {
         Some(point.locals[recording][place])
     }
 
-    /// Instant of contact at a point, s in the recording's time. Every layout has this coordinate.
+    /// Instant of contact at a point, s in the recording's time: the coordinate is where the measuring chain shows it, so that whatever comes late in the
+    /// chain leaves it where it was. Every layout has that coordinate.
     #[must_use]
-    pub fn contact_s(&self, point: &Point, recording: usize) -> f64 {
-        self.local(point, recording, Role::Contact).expect("every layout has the instant of contact")
+    pub fn contact_s(&self, problem: &Problem, point: &Point, recording: usize) -> f64 {
+        let shown_s = self.local(point, recording, Role::Contact).expect("every layout has the instant of contact");
+        let configuration = problem.recordings[recording].configuration;
+        let late_s = self.entrants.iter().enumerate().map(|(number, entrant)| {
+            let is_here = entrant.effect.mechanism().is_seen_only() && entrant.scope.includes(recording, configuration);
+            if is_here { Assembly::delay_s(&self.effect_at(problem, number, point, recording)) } else { 0.0 }
+        });
+        shown_s - late_s.sum::<f64>()
     }
 
     /// A point from which every coordinate has gone so many times a step, at most its stride and not out of its range.

@@ -86,7 +86,7 @@ impl Course {
     #[must_use]
     pub fn of(problem: &Problem, fit: &Fit, recording: usize) -> Self {
         let prepared = &problem.recordings[recording];
-        let contact_s = fit.layout.contact_s(&fit.point, recording);
+        let contact_s = fit.layout.contact_s(problem, &fit.point, recording);
         let offset = fit.layout.local(&fit.point, recording, Role::Offset(0)).unwrap_or(0.0);
         let model = &fit.model[recording][..prepared.times_s.len().min(fit.model[recording].len())];
         let size = |value: f64| (value - offset).abs();

@@ -106,12 +106,9 @@ impl Noise {
     /// `None` where there are too few samples to tell even the strength.
     #[must_use]
     pub fn of_quiet(stretches: &[impl AsRef<[f64]>], coloured: bool) -> Option<Self> {
-        let long = || stretches.iter().map(AsRef::as_ref).filter(|stretch| stretch.len() > 2 * ORDER);
-        let level: Vec<Vec<f64>> = long().map(beside_mean).collect();
-        let straight: Vec<Vec<f64>> = level.iter().map(|stretch| beside_line(stretch)).collect();
-        let squares = |all: &[Vec<f64>]| all.iter().flatten().map(|value| value * value).sum::<f64>();
-        let drifts = squares(&straight) < (1.0 - DRIFTS) * squares(&level) && go_one_way(&level);
-        let fitted = if drifts { &straight } else { &level };
+        let long = || stretches.iter().filter(|stretch| stretch.as_ref().len() > 2 * ORDER);
+        let (fitted, drifts) = beside_courses(&long().collect::<Vec<_>>());
+        let fitted = &fitted;
         let freed = 1 + usize::from(drifts);
         let all: usize = fitted.iter().map(Vec::len).sum();
         let samples = all - freed * fitted.len();
@@ -310,6 +307,27 @@ fn alike(quick: f64) -> f64 {
         if scatter(middle) > quick * quick { low = middle } else { high = middle }
     }
     low
+}
+
+/// The standard deviation of each of several quiet stretches, which a zero that drifts does not add to.
+#[must_use]
+pub fn scatters(stretches: &[&[f64]]) -> Vec<f64> {
+    let (beside, drifts) = beside_courses(stretches);
+    let freed = 1 + usize::from(drifts);
+    let scatter = |values: Vec<f64>| {
+        let free = values.len().saturating_sub(freed).max(1);
+        (values.iter().map(|value| value * value).sum::<f64>() / free as f64).sqrt()
+    };
+    beside.into_iter().map(scatter).collect()
+}
+
+/// Quiet stretches, each freed of its mean, or where all go one way of its straight line, and whether they do.
+fn beside_courses(stretches: &[impl AsRef<[f64]>]) -> (Vec<Vec<f64>>, bool) {
+    let level: Vec<Vec<f64>> = stretches.iter().map(|stretch| beside_mean(stretch.as_ref())).collect();
+    let straight: Vec<Vec<f64>> = level.iter().map(|stretch| beside_line(stretch)).collect();
+    let squares = |all: &[Vec<f64>]| all.iter().flatten().map(|value| value * value).sum::<f64>();
+    let drifts = squares(&straight) < (1.0 - DRIFTS) * squares(&level) && go_one_way(&level);
+    (if drifts { straight } else { level }, drifts)
 }
 
 /// Whether stretches of mean zero rise, or fall, together: what rises in one and falls in the next is slow noise.

@@ -103,7 +103,7 @@ fn of_channels(problem: &Problem, fit: &Fit, tangent: &Tangent, channels: usize)
 
 /// Begin and end of the contact that the fit has, s in the recording's time.
 fn contact_of(problem: &Problem, fit: &Fit, recording: usize) -> (f64, f64) {
-    let from_s = fit.layout.contact_s(&fit.point, recording);
+    let from_s = fit.layout.contact_s(problem, &fit.point, recording);
     (from_s, from_s + problem.recordings[recording].contact_time_s)
 }
 

@@ -19,7 +19,7 @@ pub const ACCURACY: Accuracy = Accuracy { relative: 1e-7, force_n: 1e-5 };
 /// A combination of values that cannot be simulated.
 pub fn strike(problem: &Problem, layout: &Layout, point: &Point, recording: usize) -> Result<Impact, RigError> {
     let prepared = &problem.recordings[recording];
-    let contact_s = layout.contact_s(point, recording);
+    let contact_s = layout.contact_s(problem, point, recording);
     // A shifted instant of contact is read from the same motion: it must be long enough. So must it be for a channel that is read sooner.
     let sooner_s = (0..problem.channels.len()).map(|channel| -later_s(layout, point, prepared, channel));
     let until_s = prepared.times_s[prepared.times_s.len() - 1] - contact_s + 1e-3 + sooner_s.fold(0.0, f64::max);
@@ -126,7 +126,7 @@ pub fn unlogged(
     shift_s: f64,
 ) -> Unlogged {
     let prepared = &problem.recordings[recording];
-    let contact_s = layout.contact_s(point, recording) + shift_s;
+    let contact_s = layout.contact_s(problem, point, recording) + shift_s;
     let since_s: Vec<f64> = prepared.times_s.iter().map(|time| time - contact_s).collect();
     let rows = since_s.len();
     problem.work.read(rows * problem.channels.len());
@@ -149,7 +149,7 @@ pub fn unlogged(
         bent(series, channel.quantity, impact, &read_s, &bends, prepared);
         let zero = layout.local(point, recording, Role::Offset(number)).unwrap_or(0.0);
         averaged(series, &bends, converter_s2(layout, point, prepared));
-        felt(channel, impact, &read_s, zero, series);
+        felt(channel, impact, prepared.begins_s() - contact_s - later_s, &read_s, zero, series);
         averaged(series, &bends, prepared.mean_of_s2());
         channels.push((zero, later_s));
     }
@@ -186,7 +186,7 @@ fn read_s(shown_s: &[f64], later_s: f64) -> Cow<'_, [f64]> {
 #[must_use]
 pub fn raw(problem: &Problem, layout: &Layout, point: &Point, recording: usize) -> Option<Vec<f64>> {
     let prepared = &problem.recordings[recording];
-    let contact_s = layout.contact_s(point, recording);
+    let contact_s = layout.contact_s(problem, point, recording);
     let since_s: Vec<f64> = prepared.raw.times_s.iter().map(|time| time - contact_s).collect();
     let impact = strike_until(problem, layout, point, recording, since_s[since_s.len() - 1]).ok()?;
     let channel = &problem.channels[0];
@@ -195,7 +195,7 @@ pub fn raw(problem: &Problem, layout: &Layout, point: &Point, recording: usize) 
     lifted(&mut values, channel, &impact, &shown_s);
     let zero = layout.local(point, recording, Role::Offset(0)).unwrap_or(0.0);
     averaged(&mut values, &bends(&shown_s), converter_s2(layout, point, prepared));
-    felt(channel, &impact, &shown_s, zero, &mut values);
+    felt(channel, &impact, shown_s[0], &shown_s, zero, &mut values);
     logged(channel, &impact, &shown_s, &mut values);
     values.truncate(since_s.len());
     values.iter_mut().for_each(|value| *value += zero);
@@ -256,10 +256,20 @@ fn bent(
     }
 }
 
-/// What a channel's readout makes of the motion, which may clip what the converter's filter has rounded; its zero comes later.
-fn felt(channel: &ChannelModel, impact: &Impact, since_s: &[f64], zero: f64, series: &mut [f64]) {
+/// What a channel's readout makes of the motion, which may clip what the converter's filter has rounded; its zero comes later. The chain is at rest where the
+/// recording begins, be it before these instants.
+fn felt(channel: &ChannelModel, impact: &Impact, begins_s: f64, since_s: &[f64], zero: f64, series: &mut [f64]) {
     series.iter_mut().for_each(|value| *value *= channel.sign);
-    in_newtons(channel, series, |series, newtons| impact.apply_chain(since_s, zero * newtons, series));
+    in_newtons(channel, series, |series, newtons| {
+        let zero_n = zero * newtons;
+        if begins_s >= since_s[0] || !impact.has_chain() {
+            return impact.apply_chain(since_s, zero_n, series);
+        }
+        let times_s: Vec<f64> = std::iter::once(begins_s).chain(since_s.iter().copied()).collect();
+        let mut values: Vec<f64> = std::iter::once(series[0]).chain(series.iter().copied()).collect();
+        impact.apply_chain(&times_s, zero_n, &mut values);
+        series.copy_from_slice(&values[1..]);
+    });
 }
 
 /// What the log makes of the samples of a channel.

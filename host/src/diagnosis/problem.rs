@@ -15,7 +15,7 @@ use statrs::statistics::Statistics as _;
 use thud_sim::rig::Quantity;
 
 use super::convention::{Convention, convention};
-use super::noise::Noise;
+use super::noise::{Noise, scatters};
 use super::predict::bends;
 use super::spectrum::without_mains;
 use super::work::Work;
@@ -154,6 +154,12 @@ pub struct Samples {
 }
 
 impl Prepared {
+    /// Its first sample, s in its own time: what is long before contact may have been left out.
+    #[must_use]
+    pub fn begins_s(&self) -> f64 {
+        self.raw.times_s.first().map_or(self.times_s[0], |first_s| first_s.min(self.times_s[0]))
+    }
+
     /// How long it goes on after the first touch or the release, s.
     #[must_use]
     pub fn lasts_s(&self) -> f64 {
@@ -394,13 +400,19 @@ impl Problem {
                 raw: Samples {
                     times_s: recording.times_s()[..thinned.kept].to_vec(),
                     values: raw.channels[0][..thinned.kept].to_vec(),
-                    quiet_rms: thinned.quiet_rms,
+                    quiet_rms: None,
                 },
             });
             rests.push(thinned.rest);
         }
         if prepared.is_empty() {
             return Err(DiagnosisError::Nothing);
+        }
+        let quiet = |rest: &Rest| rest.channels[0].len() >= FEWEST_QUIET;
+        let shown: Vec<&[f64]> = rests.iter().filter(|rest| quiet(rest)).map(|rest| &rest.channels[0][..]).collect();
+        let showing = prepared.iter_mut().zip(&rests).filter(|(_, rest)| quiet(rest));
+        for ((recording, _), rms) in showing.zip(scatters(&shown)) {
+            recording.raw.quiet_rms = Some(rms);
         }
         if rebounds > 0 {
             notes.push(Note::general(&format!(
@@ -685,7 +697,6 @@ struct Thinned {
     rest: Rest,
     offset_guess: Vec<f64>,
     contact_guess_s: f64,
-    quiet_rms: Option<f64>,
     /// Whether what goes together from sample to sample in the quiet does so later.
     steady: bool,
     too_slow: Option<f64>,
@@ -749,7 +760,6 @@ impl Raw<'_> {
                 .map(|channel| blocks.iter().map(|start| mean(&channel[*start..start + n])).collect())
                 .collect(),
             contact_guess_s: if fall { self.times_s[release] } else { contact_guess_s },
-            quiet_rms: (rests[0].len() >= FEWEST_QUIET).then(|| rests[0].iter().std_dev()),
             offset_guess: if fall {
                 self.channels.iter().map(|channel| channel[0]).collect()
             } else {
@@ -1124,7 +1134,8 @@ mod tests {
             let thinned = coming.thin().expect("a contact");
             assert!((thinned.contact_guess_s - 0.1).abs() < 1e-3, "{}", thinned.contact_guess_s);
             assert!((thinned.offset_guess[0] - sign * 0.03).abs() < 1e-3, "{:?}", thinned.offset_guess);
-            assert!(thinned.quiet_rms.is_some_and(|rms| (1e-6..4e-6).contains(&rms)), "{:?}", thinned.quiet_rms);
+            let rms = scatters(&[&thinned.rest.channels[0]])[0];
+            assert!((1e-6..4e-6).contains(&rms), "{rms}");
         }
     }
 }

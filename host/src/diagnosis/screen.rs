@@ -352,7 +352,7 @@ fn instants(shown: Shown<'_>, effect: &Effect) -> Vec<f64> {
     let longest_s = (0..count).map(|number| problem.eventful_s(number)).fold(0.0, f64::max);
     let over_s = |number: usize| {
         let times_s = &problem.recordings[number].raw.times_s;
-        times_s[times_s.len() - 1] - fit.layout.contact_s(&fit.point, number)
+        times_s[times_s.len() - 1] - fit.layout.contact_s(problem, &fit.point, number)
     };
     let mut best: Vec<Placed> =
         (0..count).map(|_| Placed { z: 0.0, instant_s: 0.5 * longest_s, is_too_much: true }).collect();
@@ -373,7 +373,8 @@ fn instants(shown: Shown<'_>, effect: &Effect) -> Vec<f64> {
         attempt(&mut best, vec![apart_s * (place as f64 + 0.5); count]);
     }
     for rank in 0..repeats.iter().map(Vec::len).max().unwrap_or(0) {
-        let since_contact_s = |number: usize, run: &Repeat| run.from_s - fit.layout.contact_s(&fit.point, number);
+        let since_contact_s =
+            |number: usize, run: &Repeat| run.from_s - fit.layout.contact_s(problem, &fit.point, number);
         let runs = repeats.iter().zip(&best).enumerate();
         let tried = runs
             .map(|(number, (runs, best))| runs.get(rank).map_or(best.instant_s, |run| since_contact_s(number, run)));

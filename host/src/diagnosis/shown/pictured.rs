@@ -93,7 +93,7 @@ pub(super) fn pictured(diagnosis: &Diagnosis, answer: &Answer, shown: &[Vec<f64>
         .iter()
         .enumerate()
         .map(|(number, recording)| {
-            let contact_s = best.layout.contact_s(&best.point, number);
+            let contact_s = best.layout.contact_s(problem, &best.point, number);
             let ms: Vec<f64> = recording.times_s.iter().map(|time| 1e3 * (time - contact_s)).collect();
             let line =
                 |values: &mut dyn Iterator<Item = f64>| -> Vec<(f64, f64)> { ms.iter().copied().zip(values).collect() };
