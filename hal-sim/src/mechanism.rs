@@ -13,7 +13,7 @@
 //! |---|---|---|
 //! | pad | [`ForceLaw`](crate::rig::ForceLaw) on `assembly.contact_laws`, or by `assembly.obey` on pad and springs alike: force from depth, rate and states of its own; a knot where its form changes | `hunt-crossley-damping`, `viscous-damping` (depend on the rate), `pad-relaxation` (a state: the strain of the viscous branch), `hardening` (elastic) |
 //! | pad, spring | `assembly.stiffen`, of the pad or of both alike, once with the approach's speed and order number in hand | `rate-stiffening` (with a law for what it forgets; by the rate at each instant it is a `ForceLaw`), `mullins-softening`, spring repeatability, a wrong spring |
-//! | contact | `pull_off_n` and `neck_m` of the element that the robot touches: it holds at negative depth until then, and a little longer | `adhesion` |
+//! | contact | `pull_off_n` and `neck` of the element that the robot touches: it holds at negative depth until then, and a little longer | `adhesion` |
 //! | contact | `assembly.across`: a dashpot and friction beside pad and springs together | `viscous-damping`, `guide-friction`, `stiction` (one of their forms each) |
 //! | spring | `ForceLaw` on `assembly.spring`, with a knot | `end-stop`, `clearance` (a part bears only beyond a gap) |
 //! | guide | numbers of [`Guide`](crate::rig::Guide): Coulomb level, static ratio, Stribeck's speed, load coefficient, share through the cell, drag of the air and its share | `guide-friction`, `stiction`, `load-dependent-friction`, `air-damping` |

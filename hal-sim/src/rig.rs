@@ -34,8 +34,8 @@ mod trajectory;
 use crate::mechanism::Effect;
 
 pub use assembly::{
-    Assembly, Ceiling, Deformation, Drive, Element, ForceLaw, Frame, Guide, Joint, Motion, Piece, Response, Stage,
-    Sway, Trigger,
+    Assembly, Ceiling, Deformation, Drive, Element, ForceLaw, Frame, Guide, Joint, Motion, Neck, NeckCourse, Piece,
+    Response, Stage, Sway, Trigger,
 };
 pub use impact::{Contact, Impact, Quantity, Truth};
 pub use integrate::{Accuracy, Effort};

@@ -7,7 +7,7 @@
 //! runs straight between samples, so that uneven sampling does no harm.
 //!
 //! Source: S. Butterworth, Wireless Engineer 7 (1930) 536; W. E. Thomson, Proc. IEE 96 III (1949) 487; analogue filters of amplifiers and causal
-//! forms of the verdict's filter.
+//! forms of the verdict's filter; D. A. Winter, Biomechanics and Motor Control of Human Movement (2009), ch. 3: places that come from a video.
 
 use std::f64::consts::{PI, TAU};
 
@@ -27,7 +27,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     used_in: &[],
     sized: &[],
     equation: "|H(f)|² = 1/(1 + (f/f_c)^(2N)), or Bessel's, causal; delay of slow signals 1/(2π·f_c·sin(π/2N))",
-    source: "Butterworth (1930), Thomson (1949); 30 to 1000 Hz, two or four poles",
+    source: "Butterworth (1930), Thomson (1949); 30 to 1000 Hz, two or four poles; places from video are smoothed at 4 to 10 Hz (Winter 2009)",
     parameters: &[
         Parameter {
             name: "corner_Hz",
@@ -35,10 +35,10 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             meaning: "−3 dB frequency f_c",
             null: Some(f64::INFINITY),
             range: (1.0, 1e5),
-            plausible: (20.0, 2000.0),
+            plausible: (4.0, 2000.0),
             typical: 150.0,
             scale: Scale::Logarithmic,
-            search: Search::OneOf(&[60.0, 150.0, 400.0, 1000.0]),
+            search: Search::OneOf(&[8.0, 25.0, 60.0, 150.0, 400.0, 1000.0]),
         },
         Parameter {
             name: "poles",

@@ -173,12 +173,70 @@ pub struct Element {
     pub without_play: f64,
     /// The tension that it bears before the robot comes off it, N; 0: none.
     pub pull_off_n: f64,
-    /// How far apart robot and element are when that tension has come to nothing, m; 0: at once.
-    pub neck_m: f64,
-    /// The power of that distance with which it falls: 1 evenly, a high one holds it until it tears.
-    pub neck_power: f64,
+    /// What still pulls once the robot has come off it.
+    pub neck: Neck,
     /// Laws that add to the linear force; those that depend on the elastic force come after the elastic ones.
     pub laws: Vec<Box<dyn ForceLaw>>,
+}
+
+/// What pulls between a tacky element and a robot that has come off it, at the distance s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Neck {
+    /// Its highest tension F, N; 0: there is none.
+    pub highest_n: f64,
+    /// Its length ℓ, m.
+    pub length_m: f64,
+    /// How it goes along it.
+    pub course: NeckCourse,
+}
+
+/// How the tension of a neck goes along its length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NeckCourse {
+    /// It falls from the first, F·(1 − (s/ℓ)^q), by a power q: 1 evenly, a high one holds it until it tears at ℓ.
+    Falling(f64),
+    /// It rises to its highest at ℓ and falls beyond, F·(s/ℓ)·exp(1 − s/ℓ).
+    Rising,
+}
+
+impl Neck {
+    const NONE: Self = Self { highest_n: 0.0, length_m: 0.0, course: NeckCourse::Falling(1.0) };
+    /// So many lengths apart a rising one has come to a thousandth.
+    const FARTHEST: f64 = 10.0;
+    /// Of the way, until the distance is known to a millionth.
+    const HALVINGS: usize = 24;
+
+    /// Its tension, N, when the robot has gone a way, m, since the contact ended, from what yields as a spring does. A neck that rises draws that after
+    /// the robot, s = way − F(s)/k.
+    #[must_use]
+    pub fn tension_n(self, way_m: f64, spring_n_per_m: f64) -> f64 {
+        let way = way_m / self.length_m;
+        let part = match self.course {
+            NeckCourse::Falling(power) if way < 1.0 => 1.0 - way.powf(power),
+            NeckCourse::Rising if way < Self::FARTHEST => {
+                let yields = self.highest_n / (spring_n_per_m * self.length_m);
+                let rising = |lengths: f64| lengths * (1.0 - lengths).exp();
+                let (mut near, mut far) = (0.0, way);
+                for _ in 0..Self::HALVINGS {
+                    let middle = 0.5 * (near + far);
+                    if middle + yields * rising(middle) < way { near = middle } else { far = middle }
+                }
+                rising(far)
+            }
+            _ => 0.0,
+        };
+        self.highest_n * part
+    }
+
+    /// What it takes to tear it, J.
+    #[must_use]
+    pub fn work_j(self) -> f64 {
+        let part = match self.course {
+            NeckCourse::Falling(power) => power / (power + 1.0),
+            NeckCourse::Rising => std::f64::consts::E,
+        };
+        self.highest_n * self.length_m * part
+    }
 }
 
 impl Element {
@@ -191,8 +249,7 @@ impl Element {
             share: 1.0,
             without_play: 1.0,
             pull_off_n: 0.0,
-            neck_m: 0.0,
-            neck_power: 1.0,
+            neck: Neck::NONE,
             laws: Vec::new(),
         }
     }

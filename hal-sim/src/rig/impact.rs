@@ -25,21 +25,20 @@ struct Motion {
     system: System,
     trajectory: Trajectory,
     intervals: Vec<(f64, Option<f64>)>,
-    necks: Vec<Neck>,
+    pulls: Vec<Pull>,
     /// Found when they are asked for: mostly the force is all that is read, and it shows few of them.
     returns: OnceLock<Vec<Return>>,
     until_s: f64,
     effort: Effort,
 }
 
-/// What still pulls after a separation, until it breaks or the pad is touched again.
+/// When a neck pulls after a separation, until the pad is touched again at the latest.
 #[derive(Clone, Copy, Debug)]
-struct Neck {
+struct Pull {
     from_s: f64,
-    lasts_s: f64,
     until_s: f64,
-    /// At first, N.
-    pull_n: f64,
+    /// At which the robot leaves.
+    speed_m_per_s: f64,
 }
 
 /// How springs that oil or air slows come back after a separation, without the robot, until they are touched again.
@@ -114,29 +113,28 @@ impl Motion {
     }
 
     /// One for each separation of a pad that sticks: the tension falls as the robot goes away, or holds until it tears.
-    fn necks(&self) -> Vec<Neck> {
+    fn pulls(&self) -> Vec<Pull> {
         let touched = self.system.assembly.touched();
-        if touched.pull_off_n == 0.0 || touched.neck_m == 0.0 {
+        if touched.neck.highest_n == 0.0 || touched.neck.length_m == 0.0 {
             return Vec::new();
         }
         let neck = |(from_s, until_s): (f64, f64)| {
             let mut state = [0.0; MOST_STATES];
             self.trajectory.state(self.trajectory.find(from_s), from_s, &mut state);
-            let lasts_s = touched.neck_m / state[1].abs().max(SLOWEST_M_PER_S);
-            Neck { from_s, lasts_s, until_s, pull_n: touched.pull_off_n }
+            Pull { from_s, speed_m_per_s: state[1].abs().max(SLOWEST_M_PER_S), until_s }
         };
         self.separations().map(neck).collect()
     }
 
     /// What pulls at an instant, N: from the piece to the robot, and on the cell.
     fn neck_n(&self, time_s: f64) -> f64 {
-        let power = self.system.assembly.touched().neck_power;
-        let pull_n = |neck: &Neck| {
-            let part = (time_s - neck.from_s) / neck.lasts_s;
-            let pulls = (0.0..1.0).contains(&part) && time_s < neck.until_s;
-            if pulls { neck.pull_n * (1.0 - part.powf(power)) } else { 0.0 }
+        let neck = self.system.assembly.touched().neck;
+        let pull_n = |pull: &Pull| {
+            let lasts = (pull.from_s..pull.until_s).contains(&time_s);
+            let way_m = pull.speed_m_per_s * (time_s - pull.from_s);
+            if lasts { neck.tension_n(way_m, self.system.series_n_per_m) } else { 0.0 }
         };
-        self.necks.iter().map(pull_n).sum()
+        self.pulls.iter().map(pull_n).sum()
     }
 
     /// One for each separation from springs that are still pressed then: contact ends where they give no force, and what takes it from
@@ -228,7 +226,7 @@ impl Motion {
 
     /// Whether the cell bears anything besides what the motion's states say.
     fn lingers(&self) -> bool {
-        !self.necks.is_empty() || self.shows_returns()
+        !self.pulls.is_empty() || self.shows_returns()
     }
 
     /// Whether the cell feels springs come back: all that slows them stands on it, but for air beside it.
@@ -255,8 +253,8 @@ impl Impact {
         let chain = mem::take(&mut system.assembly.chain);
         let log = mem::take(&mut system.assembly.log);
         let mut motion =
-            Motion { system, trajectory, intervals, necks: Vec::new(), returns: OnceLock::new(), until_s, effort };
-        motion.necks = motion.necks();
+            Motion { system, trajectory, intervals, pulls: Vec::new(), returns: OnceLock::new(), until_s, effort };
+        motion.pulls = motion.pulls();
         Self { motion: Arc::new(motion), chain, log }
     }
 

@@ -185,7 +185,7 @@ pub(super) struct System {
     /// The tension that the contact bears before it parts, N.
     pull_off_n: f64,
     /// Springs and pad in series, N/m.
-    series_n_per_m: f64,
+    pub(super) series_n_per_m: f64,
     /// The angular frequency of the ideal pulse, 1/s.
     pulsation_per_s: f64,
     /// Drives that have a trigger, by number of the drive.
@@ -1100,8 +1100,7 @@ impl System {
         let instant = self.instant(time_s, state, mode);
         mode.touching = false;
         // What the neck takes until it breaks, it takes at once: a millisecond in which the robot hardly slows.
-        let touched = self.assembly.touched();
-        let torn_j = self.pull_off_n * touched.neck_m * touched.neck_power / (touched.neck_power + 1.0);
+        let torn_j = self.assembly.touched().neck.work_j();
         let left_m2_per_s2 = (state[1] * state[1] - 2.0 * torn_j / self.tip_kg).max(0.0);
         state[1] = left_m2_per_s2.sqrt().copysign(state[1]);
         if self.form == PieceForm::Massive {
