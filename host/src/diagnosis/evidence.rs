@@ -162,6 +162,9 @@ pub fn scope_words(diagnosis: &Diagnosis, scope: Scope) -> String {
             let name = diagnosis.problem.configurations.get(number).map_or("?", String::as_str);
             format!("in configuration {name} only")
         }
+        Scope::EachRecording(some) if some.len() == diagnosis.problem.recordings.len() => {
+            "in each recording as it is there".to_owned()
+        }
         Scope::Recordings(some) | Scope::EachRecording(some) => {
             let names: Vec<String> =
                 some.iter().map(|number| diagnosis.problem.recordings[number].name.clone()).collect();

@@ -1,10 +1,13 @@
 //! Which mechanisms: one after the other, each refitted in full beside its rivals, and dropped again where it is not needed.
 //!
 //! ```text
-//! baseline ─▶ screen ─▶ refit the promising ─▶ best by BIC ─▶ is there a rest? ─▶ again … ─▶ drop what is not missed
-//!                                                  ─▶ where that leaves something, or names more than one: each one anew; the better one
+//! baseline ─▶ screen ─▶ refit the promising ─▶ best by BIC ─▶ is there a rest? ─▶ a second … ─▶ drop what is not missed
+//!                                                  ─▶ where two leave something, be it next to nothing: the two steady ones that tangents beside each first promise most of
+//!                                                  ─▶ where more than one is named: the second beside what came nearest to the first
+//!                                                  ─▶ where that leaves something, or bends to each recording: each one anew; the better one
 //!                                                  ─▶ where that still leaves something: each of it together with what it is confused with
-//!                                                  ─▶ where that leaves something, or bends to much: the two steady ones that tangents beside each first promise most of
+//!                                                  ─▶ where that leaves something, or bends to much: any two steady ones as above
+//!                                                  ─▶ where two leave something, whatever they are: a third
 //!                                                  ─▶ all of it once more without what bends to each recording; the better one
 //!                                                  ─▶ of several: what each is confused with in its place, all else as it is
 //!                                                  ─▶ where that leaves something: forms that add to a mechanism
@@ -83,8 +86,9 @@ const PARTLY: f64 = 0.5;
 const FIRSTS: usize = 8;
 /// and of the pairs that tangents promise so many are refitted.
 const CROSSED: usize = 4;
-/// The most mechanisms in one model.
+/// The most mechanisms in one model, and before every other two have been tried.
 const MOST_MECHANISMS: usize = 3;
+const TWO: usize = 2;
 
 /// A model that was fitted, with what it costs.
 #[derive(Clone, Debug)]
@@ -349,19 +353,22 @@ pub fn select(
         part: &all,
         retuned,
         observed_by_itself: has_further.then(|| observed_by_itself(problem, &all)).flatten(),
-        most: MOST_MECHANISMS,
+        most: TWO,
         to_beat: f64::INFINITY,
         screened: Vec::new(),
         firsts: Vec::new(),
         rivals: Vec::new(),
         met: Vec::new(),
+        crossed_at: None,
     };
     let mut here = selecting.settled(selecting.retuned.clone(), progress)?;
-    let stages: [Stage<'_>; 6] = [
+    let stages: [Stage<'_>; 8] = [
+        Selecting::doubted,
         Selecting::begun_otherwise,
         Selecting::revised,
         Selecting::paired,
         Selecting::crossed,
+        Selecting::joined_by_a_third,
         Selecting::steadied,
         Selecting::substituted,
     ];
@@ -372,6 +379,7 @@ pub fn select(
     let here = selecting.stripped(here)?;
     let here = selecting.without_a_third(here)?;
     let here = selecting.paid_for(Selecting::divided, here, progress)?;
+    let here = selecting.in_each_recording(here)?;
     selecting.meet_kin(&here);
     let here = selecting.foretelling(here)?;
     let here = selecting.in_usual_form(here)?;
@@ -401,6 +409,8 @@ struct Selecting<'a> {
     rivals: Vec<(usize, Trial)>,
     /// Rivals that were found before.
     met: Vec<Met>,
+    /// χ² of the model that other pairs were last sought for.
+    crossed_at: Option<f64>,
 }
 
 /// The rivals of one mechanism of a model.
@@ -465,6 +475,7 @@ impl<'a> Selecting<'a> {
 
     /// What a stage comes to, as long as anything further is to be begun.
     fn paid_for(&mut self, stage: Stage<'a>, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
+        self.problem.work.begin_stage();
         if self.problem.work.is_done() { Some(from) } else { stage(self, from, progress) }
     }
 
@@ -570,6 +581,19 @@ impl<'a> Selecting<'a> {
         Some(needed)
     }
 
+    /// Where something is left beside two, whatever they are, with a third; unless one of them, come before the other, is another in each configuration.
+    fn joined_by_a_third(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
+        self.most = MOST_MECHANISMS;
+        if from.mechanisms() != TWO || !self.leaves(&from) {
+            return Some(from);
+        }
+        let here = (0..TWO).try_fold(from.clone(), |here, place| self.differing_at(here, place))?;
+        if here.trial.bic < from.trial.bic {
+            self.find_all_rivals(&here);
+        }
+        if self.leaves(&here) { self.settled(here, progress) } else { Some(here) }
+    }
+
     /// The two that a third stands beside, where that brings little: to the end it has kept others from bending to what two leave.
     fn without_a_third(&mut self, from: Standing) -> Option<Standing> {
         let enough = ENOUGH + THIRD * self.approximated(&from);
@@ -615,10 +639,9 @@ impl<'a> Selecting<'a> {
             progress("is it another two");
             let begun = Standing::of(self.problem, first, self.part)?;
             let rivals = std::mem::take(&mut self.rivals);
-            let (most, to_beat) = (self.most, self.to_beat);
-            (self.most, self.to_beat) = (2, self.burden(&here.trial));
+            self.to_beat = self.burden(&here.trial);
             let grown = self.grow(begun, progress);
-            (self.most, self.to_beat) = (most, to_beat);
+            self.to_beat = f64::INFINITY;
             let grown = grown?;
             let is_better = self.is_lighter(&grown.trial, &here.trial)
                 && (leaves || !self.leaves(&grown))
@@ -698,15 +721,23 @@ impl<'a> Selecting<'a> {
         self.pair_instead(from, pairs, progress)
     }
 
-    /// Where something is left still, or one mechanism that bends to much (to each recording, or to a shape that nothing has) explains it all: the pairs
+    /// Two that leave something, be it next to nothing, before anything is begun beside them.
+    fn doubted(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
+        if from.mechanisms() == TWO && from.asks() { self.crossed(from, progress) } else { Some(from) }
+    }
+
+    /// Where something is left, be it next to nothing beside two, or one mechanism that bends to much (to each recording, or to a shape that nothing has) explains it all: the pairs
     /// of steady ones of which tangents beside each first promise most. Of two that are hidden neither need come near what a third bends to.
     fn crossed(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
         let leaves = self.leaves(&from);
         let fit = &from.trial.fit;
         let bends = from.mechanisms() == 1 && (fit.layout.is_loose() || !is_likely(fit));
-        if !(leaves || bends) {
+        let is_doubtful = from.mechanisms() > 1 && from.asks();
+        let is_new = self.crossed_at != Some(fit.cost);
+        if !(leaves || bends || is_doubtful) || !is_new {
             return Some(from);
         }
+        self.crossed_at = Some(fit.cost);
         progress("is it any other two");
         let (without, lowest) = (self.retuned.trial.fit.cost, from.trial.fit.cost);
         let is_part = |first: &&Trial| {
@@ -808,6 +839,7 @@ impl<'a> Selecting<'a> {
         while here.mechanisms() < self.most {
             let number = here.mechanisms();
             let last = number + 1 == self.most;
+            let is_bounded = last && self.to_beat.is_finite() || number + 1 == MOST_MECHANISMS;
             // Of nothing a third explains nothing.
             let is_idle = number > 1 && !here.asks();
             if is_idle || number > 0 && self.problem.work.is_done() {
@@ -826,7 +858,7 @@ impl<'a> Selecting<'a> {
             let left = here.trial.fit.cost - LEAST_NOISE * self.problem.rows() as f64;
             let hopeless = (HOPELESS * enough).min(ALIKE);
             let promises = |score: &Screened| score.z.powi(2) > hopeless && score.z.powi(2) < left;
-            if (!asks || last) && !scores.iter().any(promises) {
+            if (!asks || is_bounded) && !scores.iter().any(promises) {
                 break;
             }
             let wanted = if last { self.to_beat } else { f64::INFINITY };
@@ -876,7 +908,7 @@ impl<'a> Selecting<'a> {
             let others = trials.into_iter().filter(|trial| !added(&trial.fit).is_same_as(&next));
             let differs = added(&larger.trial.fit).scope == Scope::EachConfiguration;
             let others: Vec<Trial> =
-                others.map(|trial| if differs { self.differently(trial) } else { trial }).collect();
+                others.map(|trial| if differs { self.differently(trial, number) } else { trial }).collect();
             // Beside the same others they need not be refitted again in its place.
             let fewer = larger.fewer[number].as_ref();
             if !differs && fewer.is_some_and(|fewer| (fewer.fit.cost - here.trial.fit.cost).abs() < UNCONVERGED) {
@@ -963,6 +995,33 @@ impl<'a> Selecting<'a> {
             Some(other) => Standing::of(self.problem, other, self.part),
             None => Some(from),
         }
+    }
+
+    /// Where more than noise is left, what the chain adds with a value that may be another in each recording has its own in each, if that is better by what a
+    /// further mechanism has to be. As a rival of others it would bend to whatever differs from recording to recording; what has been chosen is as it is.
+    fn in_each_recording(&self, from: Standing) -> Option<Standing> {
+        let mut here = from;
+        for place in 0..here.mechanisms() {
+            let Trial { fit, bic, .. } = &here.trial;
+            let mut entrants = fit.layout.entrants.clone();
+            let effect = fit.layout.effect(self.problem, place, &fit.point);
+            let mechanism = effect.mechanism();
+            let may_differ =
+                mechanism.is_of_one_channel() && mechanism.by_recording.contains(&mechanism.parameters[0].name);
+            if !here.asks() || !may_differ || entrants[place].scope != Scope::Everywhere {
+                continue;
+            }
+            let own = vec![effect.value(0); self.problem.recordings.len()];
+            entrants[place] = Entrant { effect, scope: Scope::EachRecording(self.part.iter().copied().collect()), own };
+            let freed = Layout::new(self.problem, entrants);
+            let start = freed.start_from(self.problem, &fit.layout, &fit.point);
+            let freed = Fit::run(self.problem, freed, start, self.part, Effort::FULL);
+            let better = freed.map(|fit| Trial::new(self.problem, fit)).filter(|freed| freed.bic < bic - ENOUGH);
+            if let Some(better) = better {
+                here = Standing::of(self.problem, better, self.part)?;
+            }
+        }
+        Some(here)
     }
 
     /// A model with each mechanism in its usual form, where the recordings do not tell that it has another: an unusual one has other numbers.
@@ -1131,8 +1190,14 @@ impl<'a> Selecting<'a> {
     /// be; at all, where it has been another in each recording. (Balls in one campaign, of which some are light: what acts in some recordings only may
     /// act in all, differently.)
     fn differing(&self, here: Standing) -> Option<Standing> {
-        let trial = self.differently(here.trial.clone());
-        let enough = match added(&here.trial.fit).scope {
+        let last = here.mechanisms() - 1;
+        self.differing_at(here, last)
+    }
+
+    /// The same of the mechanism in a place.
+    fn differing_at(&self, here: Standing, place: usize) -> Option<Standing> {
+        let trial = self.differently(here.trial.clone(), place);
+        let enough = match here.entrants()[place].scope {
             Scope::EachRecording(_) => 0.0,
             // On a rig that is not the stated one it is alike only by what it makes of the masses.
             _ if here.trial.fit.strayed() > IMPOSSIBLE => ENOUGH,
@@ -1143,22 +1208,22 @@ impl<'a> Selecting<'a> {
     }
 
     /// The same with that, if it is any better.
-    fn differently(&self, trial: Trial) -> Trial {
+    fn differently(&self, trial: Trial, place: usize) -> Trial {
         let layout = &trial.fit.layout;
         let mut entrants = layout.entrants.clone();
         let may_differ = |entrant: &&mut Entrant| {
             let may_differ = !entrant.effect.mechanism().by_configuration.is_empty();
             may_differ && entrant.scope != Scope::EachConfiguration && self.problem.configurations.len() > 1
         };
-        let Some(last) = entrants.last_mut().filter(may_differ) else { return trial };
-        let mut effect = layout.effect(self.problem, layout.entrants.len() - 1, &trial.fit.point);
+        let Some(entrant) = entrants.get_mut(place).filter(may_differ) else { return trial };
+        let mut effect = layout.effect(self.problem, place, &trial.fit.point);
         for (place, parameter) in effect.mechanism().parameters.iter().enumerate() {
             // What is of one configuration is then of every one.
             if matches!(parameter.search, Search::Whole(_)) {
                 let _ = effect.set_value(place, parameter.range.0);
             }
         }
-        *last = Entrant { effect, scope: Scope::EachConfiguration, own: last.own.clone() };
+        *entrant = Entrant { effect, scope: Scope::EachConfiguration, own: entrant.own.clone() };
         let freed = Layout::new(self.problem, entrants);
         let start = freed.start_from(self.problem, layout, &trial.fit.point);
         let fit = Fit::run(self.problem, freed, start, self.part, Effort::FULL);

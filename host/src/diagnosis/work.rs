@@ -1,7 +1,7 @@
 //! What a search has cost and what it may cost, counted alike on every machine, so that the same input has the same answer.
 //!
 //! ```text
-//! all of it ─▶ each search: a share of what is left ─▶ each look at its candidates: as many as that pays for, the leading ones first
+//! all of it ─▶ each stage: half of what is left ─▶ each search: half of that ─▶ each look at its candidates: as many as that pays for, the leading ones first
 //! ```
 //!
 //! A light piece that rings on a bristle takes a thousand times the steps of a mass on a spring; what is hopeless costs most.
@@ -19,8 +19,9 @@ const VALUE_NS: u64 = 18;
 const GIVEN_UP_NS: u64 = 10_000_000;
 /// What all searches of a diagnosis may cost together: two minutes of one core.
 const ALL_NS: u64 = 120_000_000_000;
-/// Each may cost this part of what is left.
-const SHARE: u64 = 4;
+/// A stage may cost this part of what is left of all, a search of what is left of its stage: what was first met may be wrong, and costs what all that is
+/// met instead has to be found with.
+const SHARE: u64 = 2;
 /// And this, whatever is left: who leads by now has to be known.
 const LEAST_NS: u64 = 2_000_000_000;
 
@@ -38,10 +39,21 @@ pub fn reading_ns(values: usize) -> u64 {
 }
 
 /// What has been done.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Work {
     spent_ns: AtomicU64,
+    /// Up to what the stage may go.
+    stage_ns: AtomicU64,
     left_out: AtomicU64,
+}
+
+impl Default for Work {
+    /// At the beginning of the first stage.
+    fn default() -> Self {
+        let work = Self { spent_ns: AtomicU64::new(0), stage_ns: AtomicU64::new(0), left_out: AtomicU64::new(0) };
+        work.begin_stage();
+        work
+    }
 }
 
 impl Work {
@@ -60,25 +72,36 @@ impl Work {
         self.spent_ns.load(Ordering::Relaxed)
     }
 
-    /// Whether nothing further is to be begun.
+    /// Another stage begins.
+    pub fn begin_stage(&self) {
+        let spent_ns = self.spent_ns();
+        self.stage_ns.store(spent_ns + ALL_NS.saturating_sub(spent_ns) / SHARE, Ordering::Relaxed);
+    }
+
+    /// Whether a stage has nothing left to begin anything further with.
     #[must_use]
     pub fn is_done(&self) -> bool {
-        self.spent_ns() >= ALL_NS
+        self.left_ns() == 0
+    }
+
+    /// Of what the stage may cost.
+    fn left_ns(&self) -> u64 {
+        self.stage_ns.load(Ordering::Relaxed).saturating_sub(self.spent_ns())
     }
 
     /// Up to what a search may go that begins now.
     #[must_use]
     pub fn purse(&self) -> Purse<'_> {
-        let spent_ns = self.spent_ns();
-        Purse { work: self, until_ns: spent_ns + (ALL_NS.saturating_sub(spent_ns) / SHARE).max(LEAST_NS) }
+        Purse { work: self, until_ns: self.spent_ns() + (self.left_ns() / SHARE).max(LEAST_NS) }
     }
 
     /// What of the search was left undone for want of it, in a sentence.
     #[must_use]
     pub fn cut_short(&self) -> Option<String> {
         let left_out = self.left_out.load(Ordering::Relaxed);
-        let further = if self.is_done() { ", and nothing further was begun" } else { "" };
-        (left_out > 0 || self.is_done()).then(|| {
+        let is_all = self.spent_ns() >= ALL_NS;
+        let further = if is_all { ", and nothing further was begun" } else { "" };
+        (left_out > 0 || is_all).then(|| {
             format!(
                 "these motions take long to follow, and the search is limited: {left_out} times a start was left that did not lead{further}; \
                  with --only the few mechanisms in question are searched as far as it goes"
@@ -113,11 +136,11 @@ impl Purse<'_> {
 mod tests {
     use super::*;
 
-    /// A search's share of it all pays for three of four.
+    /// Half of a stage's half of it all pays for three of four.
     #[test]
     fn who_leads_is_paid_for_and_the_rest_is_counted() {
         let work = Work::default();
-        let share_ns = ALL_NS / SHARE;
+        let share_ns = ALL_NS / SHARE / SHARE;
         assert_eq!(work.purse().pays_for([share_ns / 3; 4].into_iter()), 3);
         assert!(work.cut_short().is_some_and(|sentence| sentence.contains("1 times")), "{:?}", work.cut_short());
         assert_eq!(work.purse().pays_for([2 * ALL_NS; 2].into_iter()), 1, "the first in any case");
@@ -125,16 +148,19 @@ mod tests {
     }
 
     #[test]
-    fn what_has_been_spent_is_no_longer_shared() {
+    fn what_one_stage_has_spent_is_no_longer_shared_and_another_still_has_its_own() {
         let work = Work::default();
         let before = work.purse();
-        work.read((ALL_NS / VALUE_NS) as usize / 2);
-        let half_ns = ALL_NS / SHARE / 2;
-        assert_eq!(work.purse().pays_for([half_ns / 2; 4].into_iter()), 2);
-        assert_eq!(before.pays_for([half_ns; 4].into_iter()), 1, "that search has had its share");
+        work.read((ALL_NS / VALUE_NS) as usize / 4);
+        let eighth_ns = ALL_NS / 8;
+        assert_eq!(work.purse().pays_for([eighth_ns / 2; 4].into_iter()), 2);
+        assert_eq!(before.pays_for([eighth_ns; 4].into_iter()), 1, "that search has had its share");
         assert!(!work.is_done());
-        work.read((ALL_NS / VALUE_NS) as usize);
+        work.read((ALL_NS / VALUE_NS) as usize / 4 + 2);
         assert!(work.is_done());
         assert_eq!(work.purse().pays_for([LEAST_NS / 4; 8].into_iter()), 4, "rivals are still met");
+        work.begin_stage();
+        assert!(!work.is_done());
+        assert_eq!(work.purse().pays_for([eighth_ns / 3; 4].into_iter()), 2);
     }
 }

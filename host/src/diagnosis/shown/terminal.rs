@@ -10,6 +10,8 @@ const WIDTH: usize = 100;
 const HEIGHT: usize = 40;
 /// Where the words begin, behind the name of their part.
 const INDENT: &str = "         ";
+/// Values of one parameter that are told one by one.
+const FEW_VALUES: usize = 6;
 /// Most lines that notes may take before the answer itself would have to give way.
 const NOTE_LINES: usize = 6;
 
@@ -30,7 +32,7 @@ pub fn screenful(diagnosis: &Diagnosis, answer: &Answer, name: &str) -> String {
     }
     say("", "");
     for (number, named) in answer.mechanisms.iter().enumerate() {
-        let parameters: Vec<String> = named.parameters.iter().map(value).collect();
+        let parameters = values(&named.parameters);
         say(if number == 0 { "What" } else { "" }, &format!("{}: {}", named.id, parameters.join(", ")));
         say("", &format!("  {}", named.because));
         if !named.indistinguishable_from.is_empty() {
@@ -111,6 +113,22 @@ pub(super) fn place(diagnosis: &Diagnosis, place: &Place) -> String {
         percent(place.share),
         p_words(place.p_value)
     )
+}
+
+/// Parameters with their intervals; of one with many values from where to where they go.
+fn values(parameters: &[Value]) -> Vec<String> {
+    let stem = |value: &Value| value.name.split('[').next().unwrap_or_default().to_owned();
+    let of_one = parameters.chunk_by(|one, other| stem(one) == stem(other));
+    let told = |values: &[Value]| -> Vec<String> {
+        if values.len() <= FEW_VALUES {
+            return values.iter().map(value).collect();
+        }
+        let least = values.iter().map(|value| value.value).fold(f64::INFINITY, f64::min);
+        let most = values.iter().map(|value| value.value).fold(f64::NEG_INFINITY, f64::max);
+        let unit = if values[0].unit == "1" { String::new() } else { format!(" {}", values[0].unit) };
+        vec![format!("{} = {} to {}{unit}, {} values", stem(&values[0]), short(least), short(most), values.len())]
+    };
+    of_one.flat_map(told).collect()
 }
 
 /// A parameter with its interval.
