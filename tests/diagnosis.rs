@@ -507,6 +507,26 @@ fn a_pull_may_hold_until_it_tears() {
     assert!((pull_n - 4.0).abs() < 0.4 && (neck_m - 3e-4).abs() < 5e-5, "{pull_n} {neck_m}");
 }
 
+/// Drives that are told a force come to it within their lag and lose some to their own friction; no position is wanted.
+#[test]
+fn a_force_that_goes_on_is_told_from_a_position_that_is_wanted() {
+    let folder = TempDir::new().unwrap();
+    let push = "robot-push:course=3,force_N=20,lag_s=0.006,drive_damping_Ns_per_m=150";
+    campaign(
+        &folder,
+        "push",
+        &[&RIG, &["--repeats", "2", "--noise", "0.1", "--mechanism", push, "--seed", "5"][..]].concat(),
+    );
+    let text = succeeds(&folder, &["diagnose", "push", "--only", "robot-push", "--json", "-"]);
+    let answer: Value = serde_json::from_str(&text).unwrap();
+    let named = &answer["mechanisms"][0];
+    let [course, force_n] = ["course", "force_N"].map(|name| value_of(named, name));
+    let [lag_s, damping] = ["lag_s", "drive_damping_Ns_per_m"].map(|name| value_of(named, name));
+    assert_eq!((course, &answer["verdict"]), (3.0, &"named".into()), "{answer}");
+    assert!((force_n / 20.0 - 1.0).abs() < 0.05 && (damping / 150.0 - 1.0).abs() < 0.1, "{force_n} {damping}");
+    assert!((lag_s / 0.006 - 1.0).abs() < 0.3, "{lag_s}");
+}
+
 /// A filter of four poles at 600 Hz delays by 0.7 ms, nearly three samples; what it does besides is no fiftieth of that. A zero drifts from the first sample on,
 /// which is long before the fit begins, and is no noise.
 #[test]

@@ -7,7 +7,11 @@
 //! once, as one of very high stiffness does). When its motion is over, or a supervisor stops it, the push goes (the eighth power
 //! makes a switch that a solver can follow); a controller that sees the contact end lets go where the robot is back, x = 0.
 //!
-//! Source: proportional (and derivative) position control with saturation, its corner rounded by tanh; stopping distance v·t_r + v²/2a.
+//! Where no position is wanted, torque is: F = (F_0·(1 − e^(−t/τ)) − D·v)·e^(−(t/T)⁸), a force that the drives come to within their lag τ, while their
+//! own friction takes D·v of it, as a controller of a speed F_0/D does.
+//!
+//! Source: proportional (and derivative) position control with saturation, its corner rounded by tanh; stopping distance v·t_r + v²/2a. Torque
+//! control: drives of first order against their viscous friction.
 
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Drive, Motion};
@@ -20,9 +24,17 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     exact: false,
     by_configuration: &[],
     by_recording: &[],
-    used_in: &[("duration_s", "course", &[0.0, 2.0]), ("servo_damping_ratio", "course", &[2.0])],
+    used_in: &[
+        ("servo_stiffness_N_per_m", "course", &[0.0, 1.0, 2.0]),
+        ("duration_s", "course", &[0.0, 2.0, 3.0]),
+        ("reaction_s", "course", &[0.0, 1.0, 2.0]),
+        ("deceleration_m_per_s2", "course", &[0.0, 1.0, 2.0]),
+        ("servo_damping_ratio", "course", &[2.0]),
+        ("lag_s", "course", &[3.0]),
+        ("drive_damping_Ns_per_m", "course", &[3.0]),
+    ],
     sized: &[],
-    equation: "F = F_0·tanh((K·(s − x) + D·(ds/dt − v))/F_0)·exp(−(t/T)⁸) on the robot from first contact, D = 2ζ√(K·m_R) or 0, or until x = 0 instead of T; s = v₀·t until t_r, then brakes with a and stands",
+    equation: "F = F_0·tanh((K·(s − x) + D·(ds/dt − v))/F_0)·exp(−(t/T)⁸) on the robot from first contact, D = 2ζ√(K·m_R) or 0, or until x = 0 instead of T; s = v₀·t until t_r, then brakes with a and stands; or F = (F_0·(1 − exp(−t/τ)) − D·v)·exp(−(t/T)⁸)",
     source: "saturating position control; up to about 150 N; from tens of N/m where an arm is impedance-controlled, to a stiff position controller's",
     parameters: &[
         Parameter {
@@ -82,8 +94,11 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         },
         Parameter {
             name: "course",
-            meaning: "0 a spring that pushes for T, 1 one that pushes until the robot is back where it touched, 2 a spring and a damper for T; others are rounded",
-            ..Parameter::ONE_OF_THREE
+            meaning: "0 a spring that pushes for T, 1 one that pushes until the robot is back where it touched, 2 a spring and a damper for T, 3 a force for T; others are rounded",
+            range: (0.0, 3.0),
+            plausible: (0.0, 3.0),
+            search: Search::Form(&[0.0, 1.0, 2.0, 3.0]),
+            ..Parameter::EITHER
         },
         Parameter {
             name: "servo_damping_ratio",
@@ -93,6 +108,28 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             range: (0.0, 5.0),
             plausible: (2.5e-3, 1.0),
             typical: 5e-3,
+            scale: Scale::Logarithmic,
+            search: Search::Typical,
+        },
+        Parameter {
+            name: "lag_s",
+            unit: "s",
+            meaning: "time constant τ within which the drives come to their force",
+            null: None,
+            range: (1e-5, 1.0),
+            plausible: (5e-4, 0.05),
+            typical: 5e-3,
+            scale: Scale::Logarithmic,
+            search: Search::Typical,
+        },
+        Parameter {
+            name: "drive_damping_Ns_per_m",
+            unit: "N·s/m",
+            meaning: "viscous friction D of the drives, or how strongly they control a speed",
+            null: None,
+            range: (0.0, 1e5),
+            plausible: (0.5, 1000.0),
+            typical: 5.0,
             scale: Scale::Logarithmic,
             search: Search::Typical,
         },
@@ -110,20 +147,28 @@ const SATURATED: f64 = 19.0;
 const BACK_WITHIN_M: f64 = 1e-5;
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
-    let (ends, damping_ratio) = match effect.form(5) {
-        0 => (Ends::After(effect.value(2)), 0.0),
-        1 => (Ends::Back, 0.0),
-        _ => (Ends::After(effect.value(2)), effect.value(6)),
-    };
-    assembly.drives.push(Box::new(Push {
+    let approach = assembly.approach;
+    let controls = |ends: Ends, damping_ratio: f64| Push {
         force_n: effect.value(0),
         servo_n_per_m: effect.value(1),
         ends,
         reaction_s: effect.value(3),
         deceleration_m_per_s2: effect.value(4),
-        speed_m_per_s: assembly.approach.speed_m_per_s,
-        servo_ns_per_m: 2.0 * damping_ratio * (effect.value(1) * assembly.approach.effective_mass_kg).sqrt(),
-    }));
+        speed_m_per_s: approach.speed_m_per_s,
+        servo_ns_per_m: 2.0 * damping_ratio * (effect.value(1) * approach.effective_mass_kg).sqrt(),
+    };
+    let lasts = Ends::After(effect.value(2));
+    assembly.drives.push(match effect.form(5) {
+        0 => Box::new(controls(lasts, 0.0)),
+        1 => Box::new(controls(Ends::Back, 0.0)),
+        2 => Box::new(controls(lasts, effect.value(6))),
+        _ => Box::new(Torque {
+            force_n: effect.value(0),
+            lag_s: effect.value(7),
+            duration_s: effect.value(2),
+            damping_ns_per_m: effect.value(8),
+        }),
+    });
 }
 
 /// When a push goes.
@@ -163,7 +208,7 @@ impl Drive for Push {
             return 0.0;
         }
         let left = match self.ends {
-            Ends::After(duration_s) => (-(motion.time_s / duration_s).powi(8)).exp(),
+            Ends::After(duration_s) => lasting(motion.time_s, duration_s),
             Ends::Back => (1.0 + (-motion.position_m / BACK_WITHIN_M).exp()).recip(),
         };
         let (place_m, speed_m_per_s) = self.set_point(motion.time_s);
@@ -172,6 +217,31 @@ impl Drive for Push {
         let wanted = wanted_n / self.force_n.max(f64::MIN_POSITIVE);
         self.force_n * if wanted.abs() < SATURATED { wanted.tanh() } else { wanted.signum() } * left
     }
+}
+
+/// A force that the drives come to, and lose some of to their own friction.
+#[derive(Debug)]
+struct Torque {
+    force_n: f64,
+    lag_s: f64,
+    duration_s: f64,
+    damping_ns_per_m: f64,
+}
+
+impl Drive for Torque {
+    fn force_n(&self, motion: Motion) -> f64 {
+        if motion.time_s <= 0.0 {
+            return 0.0;
+        }
+        let comes = -(-motion.time_s / self.lag_s).exp_m1();
+        (self.force_n * comes - self.damping_ns_per_m * motion.velocity_m_per_s)
+            * lasting(motion.time_s, self.duration_s)
+    }
+}
+
+/// What is left of a push that goes after so long.
+fn lasting(time_s: f64, duration_s: f64) -> f64 {
+    (-(time_s / duration_s).powi(8)).exp()
 }
 
 #[cfg(test)]
@@ -221,6 +291,24 @@ mod tests {
         let contact = pushed.truth().contacts[0];
         let during = 2.0 * contact.end_s.unwrap();
         near("speed", speed, contact.speed_after_m_per_s + (impulse - during) / 6.0, 1e-3);
+    }
+
+    /// The drives' force and the springs' are in balance in the end; a free robot would have come to F/D.
+    #[test]
+    fn a_force_leans_on_the_springs_and_is_a_speed_where_nothing_holds() {
+        let push = "robot-push:force_N=20,course=3,lag_s=0.005,drive_damping_Ns_per_m=200";
+        let impact = strike(Rig::impact(1e4), 0.2, 6.0, &[push]);
+        near("force at rest", impact.force_n(0.29), 20.0, 0.02 * 20.0);
+        // Let go, it flies from rest as what was pressed in lets it.
+        let gone = strike(Rig::impact(1e4), 0.2, 6.0, &[&format!("{push},duration_s=0.1")]);
+        assert!(gone.truth().contacts[0].end_s.is_some());
+        // Against friction that the drives do not have a force is a force, whatever the speed.
+        let plain = "robot-push:force_N=20,course=3,lag_s=1e-5,drive_damping_Ns_per_m=0";
+        let peak = |speed: f64| strike(Rig::impact(1e4), speed, 6.0, &[plain]).truth().peak_n;
+        // ½mv² + F·x = ½kx².
+        for speed in [0.1_f64, 0.3] {
+            near("peak", peak(speed), 20.0 + (400.0 + 1e4 * 6.0 * speed * speed).sqrt(), 0.05);
+        }
     }
 
     /// The set point stops after v·t_r + v²/2a; there the robot comes to rest, whatever damps it, and the springs lean on it.
