@@ -86,9 +86,6 @@ const PARTLY: f64 = 0.5;
 const FIRSTS: usize = 8;
 /// and of the pairs that tangents promise so many are refitted.
 const CROSSED: usize = 4;
-/// A rest of so many standard deviations is enormous, and this part of it little.
-const ENORMOUS: f64 = 2000.0;
-const LITTLE: f64 = 0.1;
 /// The most mechanisms in one model, and before every other two have been tried.
 const MOST_MECHANISMS: usize = 3;
 const TWO: usize = 2;
@@ -363,10 +360,8 @@ pub fn select(
         rivals: Vec::new(),
         met: Vec::new(),
         crossed_at: None,
-        unfolded: None,
     };
-    let begun = selecting.moved(progress)?;
-    let mut here = selecting.settled(begun, progress)?;
+    let mut here = selecting.settled(selecting.retuned.clone(), progress)?;
     let stages: [Stage<'_>; 8] = [
         Selecting::doubted,
         Selecting::begun_otherwise,
@@ -416,8 +411,6 @@ struct Selecting<'a> {
     met: Vec<Met>,
     /// χ² of the model that other pairs were last sought for.
     crossed_at: Option<f64>,
-    /// What moves the robot by itself, everywhere, beside a baseline of that χ².
-    unfolded: Option<(f64, Vec<Trial>)>,
 }
 
 /// The rivals of one mechanism of a model.
@@ -557,27 +550,6 @@ impl<'a> Selecting<'a> {
         Some(is_lower)
     }
 
-    /// Where the robot touches again or stays in most recordings and enormously much is left, what moves it is the first mechanism, fitted from the first
-    /// contact on, if it leaves little of that: the search for another would go astray for all that it may cost.
-    fn moved(&mut self, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
-        let from = self.retuned.clone();
-        let again = touching_again(self.problem).len();
-        if from.rest.z() < ENORMOUS || 2 * again <= self.problem.recordings.len() {
-            return Some(from);
-        }
-        progress("what moves the robot");
-        let (fit, rows) = (&from.trial.fit, self.problem.rows() as f64);
-        let trials = unfolded(self.problem, fit, self.mechanisms, &[Scope::Everywhere], self.part);
-        let is_most = |trial: &&Trial| trial.fit.cost - rows < LITTLE * (fit.cost - rows);
-        let best = trials.iter().find(is_most).cloned();
-        self.unfolded = Some((fit.cost, trials));
-        let Some(best) = best else { return Some(from) };
-        let here = Standing::of(self.problem, best, self.part)?;
-        self.screened = self.scores(fit, &from.tangent, fit);
-        self.find_all_rivals(&here);
-        Some(here)
-    }
-
     /// A model grown, and its mechanisms exchanged, as long as that makes it better.
     fn settled(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
         let mut here = from;
@@ -705,12 +677,6 @@ impl<'a> Selecting<'a> {
             if again.len() < self.problem.recordings.len() && !scopes.contains(&some) {
                 scopes.push(some);
             }
-        }
-        let cost = retuned.cost;
-        let known = self.unfolded.as_ref().filter(|(of, _)| *of == cost);
-        if let Some((_, known)) = known {
-            scopes.retain(|scope| *scope != Scope::Everywhere);
-            trials.extend(known.iter().cloned());
         }
         trials.extend(unfolded(self.problem, retuned, self.mechanisms, &scopes, self.part));
         // Where nothing has been named, what is left may be no more than chance explains.
@@ -853,7 +819,6 @@ impl<'a> Selecting<'a> {
                 firsts: Vec::new(),
                 rivals: Vec::new(),
                 met: Vec::new(),
-                unfolded: None,
                 ..*self
             };
             let mut steadier = without.settled(without.retuned.clone(), progress)?;
