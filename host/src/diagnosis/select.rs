@@ -1003,21 +1003,17 @@ impl<'a> Selecting<'a> {
         let mut here = from;
         for place in 0..here.mechanisms() {
             let Trial { fit, bic, .. } = &here.trial;
-            let mut entrants = fit.layout.entrants.clone();
             let effect = fit.layout.effect(self.problem, place, &fit.point);
             let mechanism = effect.mechanism();
             let may_differ =
                 mechanism.is_of_one_channel() && mechanism.by_recording.contains(&mechanism.parameters[0].name);
-            if !here.asks() || !may_differ || entrants[place].scope != Scope::Everywhere {
+            if !here.asks() || !may_differ || here.entrants()[place].scope != Scope::Everywhere {
                 continue;
             }
             let own = vec![effect.value(0); self.problem.recordings.len()];
-            entrants[place] = Entrant { effect, scope: Scope::EachRecording(self.part.iter().copied().collect()), own };
-            let freed = Layout::new(self.problem, entrants);
-            let start = freed.start_from(self.problem, &fit.layout, &fit.point);
-            let freed = Fit::run(self.problem, freed, start, self.part, Effort::FULL);
-            let better = freed.map(|fit| Trial::new(self.problem, fit)).filter(|freed| freed.bic < bic - ENOUGH);
-            if let Some(better) = better {
+            let scope = Scope::EachRecording(self.part.iter().copied().collect());
+            let freed = self.freed(fit, place, Entrant { effect, scope, own });
+            if let Some(better) = freed.filter(|freed| freed.bic < bic - ENOUGH) {
                 here = Standing::of(self.problem, better, self.part)?;
             }
         }
@@ -1210,12 +1206,11 @@ impl<'a> Selecting<'a> {
     /// The same with that, if it is any better.
     fn differently(&self, trial: Trial, place: usize) -> Trial {
         let layout = &trial.fit.layout;
-        let mut entrants = layout.entrants.clone();
-        let may_differ = |entrant: &&mut Entrant| {
+        let may_differ = |entrant: &&Entrant| {
             let may_differ = !entrant.effect.mechanism().by_configuration.is_empty();
             may_differ && entrant.scope != Scope::EachConfiguration && self.problem.configurations.len() > 1
         };
-        let Some(entrant) = entrants.get_mut(place).filter(may_differ) else { return trial };
+        let Some(entrant) = layout.entrants.get(place).filter(may_differ) else { return trial };
         let mut effect = layout.effect(self.problem, place, &trial.fit.point);
         for (place, parameter) in effect.mechanism().parameters.iter().enumerate() {
             // What is of one configuration is then of every one.
@@ -1223,12 +1218,16 @@ impl<'a> Selecting<'a> {
                 let _ = effect.set_value(place, parameter.range.0);
             }
         }
-        *entrant = Entrant { effect, scope: Scope::EachConfiguration, own: entrant.own.clone() };
-        let freed = Layout::new(self.problem, entrants);
-        let start = freed.start_from(self.problem, layout, &trial.fit.point);
-        let fit = Fit::run(self.problem, freed, start, self.part, Effort::FULL);
-        let better = fit.map(|fit| Trial::new(self.problem, fit)).filter(|freed| freed.bic < trial.bic);
-        better.unwrap_or(trial)
+        let entrant = Entrant { effect, scope: Scope::EachConfiguration, own: entrant.own.clone() };
+        self.freed(&trial.fit, place, entrant).filter(|freed| freed.bic < trial.bic).unwrap_or(trial)
+    }
+
+    /// A model with another entrant in one place, fitted from where it is.
+    fn freed(&self, fit: &Fit, place: usize, entrant: Entrant) -> Option<Trial> {
+        let layout = fit.layout.in_place(self.problem, place, entrant);
+        let start = layout.start_from(self.problem, &fit.layout, &fit.point);
+        let fit = Fit::run(self.problem, layout, start, self.part, Effort::FULL)?;
+        Some(Trial::new(self.problem, fit))
     }
 
     /// Whether one more mechanism, alike everywhere, leaves nothing of what a model leaves, and brings more than chance does.
