@@ -184,8 +184,7 @@ pub fn diagnose(
     let start = layout.start(&problem);
     let nominal = Fit::run(&problem, layout.clone(), start, &all, Effort::NOMINAL).ok_or_else(impossible)?;
     let baseline = Fit::run(&problem, layout, nominal.point.clone(), &all, Effort::FULL).ok_or_else(impossible)?;
-    let lines = |fit: &Fit| fit.lines_hz(&problem);
-    let selection = select(&problem, baseline, &mechanisms, &lines, progress).ok_or_else(impossible)?;
+    let selection = select(&problem, baseline, &mechanisms, progress).ok_or_else(impossible)?;
     let baseline = &selection.baseline;
     let seen = Layout { offsets_as_seen: true, ..baseline.layout.clone() };
     let located =

@@ -286,6 +286,7 @@ fn separation(
             contact_guess_s: contact_s,
             offset_guess: vec![0.0; problem.channels.len()],
             contact_time_s: pattern.contact_time_s,
+            asked_s: pattern.asked_s.clone(),
             raw: Samples { times_s: Vec::new(), values: Vec::new(), quiet_rms: None },
         }],
     };

@@ -7,7 +7,7 @@
 //!  offset   │  samples for a contact     │ it tells anything
 //! ```
 
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
@@ -56,6 +56,10 @@ const STOOD: f64 = 0.8;
 const WHOLE: f64 = 0.4;
 /// Fewer quiet samples of a recording do not show how strong its noise is.
 pub(super) const FEWEST_QUIET: usize = 12;
+/// From when, before contact, to when further channels are asked, in contact times: how fast the robot comes and leaves is seen by then. Before, whatever
+/// a simulator has let it do (wait at the rig, come along a parabola that it had not begun yet); after, a motion that the rig does not feel any more:
+/// along a free flight the smallest error of a speed becomes hundreds of a gauge's deviations, and a baseline that follows them is of another rig.
+const ASKED: [f64; 2] = [0.5, 1.6];
 /// Quiet time left out before the guessed contact, in contact times.
 const GUARD: f64 = 0.05;
 /// A beginning whose values scatter by more than this times the noise is not at rest.
@@ -138,6 +142,8 @@ pub struct Prepared {
     pub offset_guess: Vec<f64>,
     /// Duration of the ideal contact, s.
     pub contact_time_s: f64,
+    /// From when to when, s after the guessed contact, further channels are asked.
+    pub asked_s: Range<f64>,
     /// Every sample of the observed channel, as recorded.
     pub raw: Samples,
 }
@@ -194,10 +200,21 @@ impl Prepared {
         (self.averaged.pow(2) - 1) as f64 * self.sample_s.powi(2) / 24.0
     }
 
-    /// Number of fitted values, over all series.
+    /// Number of values, over all series.
     #[must_use]
     pub fn rows(&self) -> usize {
         self.series.len() * self.times_s.len()
+    }
+
+    /// Which samples of a further channel are asked.
+    fn asked(&self) -> Range<usize> {
+        let until = |since_s: f64| self.times_s.partition_point(|time| *time < self.contact_guess_s + since_s);
+        until(self.asked_s.start)..until(self.asked_s.end)
+    }
+
+    /// Number of values that are asked, over all series.
+    fn asked_rows(&self) -> usize {
+        self.times_s.len() + (self.series.len() - 1) * self.asked().len()
     }
 
     /// What a model leaves of it, whitened.
@@ -209,10 +226,17 @@ impl Prepared {
         residual
     }
 
-    /// Whitens, in place, a column that holds a value for each of the fitted ones.
+    /// Whitens, in place, a column that holds a value for each of the fitted ones; where a further channel is not asked it is nothing.
     pub fn whiten(&self, column: &mut [f64]) {
-        for (noise, series) in self.noise.iter().zip(column.chunks_mut(self.times_s.len().max(1))) {
+        let asked = self.asked();
+        for (channel, (noise, series)) in
+            self.noise.iter().zip(column.chunks_mut(self.times_s.len().max(1))).enumerate()
+        {
             noise.whiten(series);
+            if channel > 0 {
+                series[..asked.start].fill(0.0);
+                series[asked.end..].fill(0.0);
+            }
         }
     }
 }
@@ -249,7 +273,7 @@ impl Problem {
     /// Number of fitted values.
     #[must_use]
     pub fn rows(&self) -> usize {
-        self.recordings.iter().map(Prepared::rows).sum()
+        self.recordings.iter().map(Prepared::asked_rows).sum()
     }
 
     /// How exactly the quiet before contact shows a recording's zero: one standard deviation. A fall has its first sample alone; what comes
@@ -397,6 +421,7 @@ impl Problem {
                 contact_guess_s: thinned.contact_guess_s,
                 offset_guess: thinned.offset_guess,
                 contact_time_s: raw.contact_time_s,
+                asked_s: raw.asked_s(),
                 raw: Samples {
                     times_s: recording.times_s()[..thinned.kept].to_vec(),
                     values: raw.channels[0][..thinned.kept].to_vec(),
@@ -703,6 +728,15 @@ struct Thinned {
 }
 
 impl Raw<'_> {
+    /// From when to when, s after contact, further channels are asked: in a fall always.
+    fn asked_s(&self) -> Range<f64> {
+        if self.kind == RigKind::Fall {
+            return f64::NEG_INFINITY..f64::INFINITY;
+        }
+        let [before, after] = ASKED.map(|contacts| contacts * self.contact_time_s);
+        -before..after
+    }
+
     fn thin(&self) -> Option<Thinned> {
         let contact = if self.kind == RigKind::Fall { Some(0) } else { self.contact() };
         let contact = contact?;

@@ -22,6 +22,8 @@
 //! by chance χ² falls as that of p degrees of freedom (S. S. Wilks, Ann. Math. Stat. 9 (1938) 60). A mechanism whose instants are looked
 //! for everywhere is none of Wilks's; what has values of its own for each impact is judged by BIC there, too.
 
+use std::sync::Arc;
+
 use nalgebra::DVector;
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF as _};
@@ -86,6 +88,9 @@ const PARTLY: f64 = 0.5;
 const FIRSTS: usize = 8;
 /// and of the pairs that tangents promise so many are refitted.
 const CROSSED: usize = 4;
+/// A rest of so many standard deviations is enormous, and this part of it little.
+const ENORMOUS: f64 = 2000.0;
+const LITTLE: f64 = 0.1;
 /// The most mechanisms in one model, and before every other two have been tried.
 const MOST_MECHANISMS: usize = 3;
 const TWO: usize = 2;
@@ -340,7 +345,6 @@ pub fn select(
     problem: &Problem,
     baseline: Fit,
     mechanisms: &[&'static Mechanism],
-    lines_hz: &dyn Fn(&Fit) -> Vec<f64>,
     progress: &mut dyn FnMut(&str),
 ) -> Option<Selection> {
     let all: Vec<usize> = (0..problem.recordings.len()).collect();
@@ -349,7 +353,6 @@ pub fn select(
     let mut selecting = Selecting {
         problem,
         mechanisms,
-        lines_hz,
         part: &all,
         retuned,
         observed_by_itself: has_further.then(|| observed_by_itself(problem, &all)).flatten(),
@@ -360,8 +363,10 @@ pub fn select(
         rivals: Vec::new(),
         met: Vec::new(),
         crossed_at: None,
+        unfolded: None,
     };
-    let mut here = selecting.settled(selecting.retuned.clone(), progress)?;
+    let told = selecting.as_observed(progress);
+    let mut here = selecting.begun(told, progress)?;
     let stages: [Stage<'_>; 8] = [
         Selecting::doubted,
         Selecting::begun_otherwise,
@@ -393,7 +398,6 @@ type Stage<'a> = fn(&mut Selecting<'a>, Standing, &mut dyn FnMut(&str)) -> Optio
 struct Selecting<'a> {
     problem: &'a Problem,
     mechanisms: &'a [&'static Mechanism],
-    lines_hz: &'a dyn Fn(&Fit) -> Vec<f64>,
     part: Part<'a>,
     retuned: Standing,
     /// [`observed_by_itself`], where there are further channels.
@@ -411,6 +415,8 @@ struct Selecting<'a> {
     met: Vec<Met>,
     /// χ² of the model that other pairs were last sought for.
     crossed_at: Option<f64>,
+    /// What moves the robot by itself, everywhere, and χ² of the baseline that it was fitted beside.
+    unfolded: Option<(f64, Vec<Trial>)>,
 }
 
 /// The rivals of one mechanism of a model.
@@ -550,6 +556,73 @@ impl<'a> Selecting<'a> {
         Some(is_lower)
     }
 
+    /// A search's beginning: what is told by what is observed alone, where that leaves nothing of the further channels either; else one mechanism after the
+    /// other by all of them, and the better one of both.
+    fn begun(&mut self, told: Option<Standing>, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
+        let retuned = self.retuned.clone();
+        let told = match told {
+            Some(told) if !self.leaves(&told) => {
+                self.screened = self.scores(&retuned.trial.fit, &retuned.tangent, &retuned.trial.fit);
+                self.find_all_rivals(&told);
+                return self.settled(told, progress);
+            }
+            told => told,
+        };
+        let here = self.settled(retuned, progress)?;
+        let told = told.filter(|told| self.is_lighter(&told.trial, &here.trial));
+        let Some(told) = told.filter(|_| self.leaves(&here)) else { return Some(here) };
+        self.find_all_rivals(&told);
+        Some(told)
+    }
+
+    /// What a search by what is observed alone names, or what that cannot tell from it, fitted to all channels: the lightest. A gauge of 10 µm shows the
+    /// smallest error of a motion by hundreds of deviations. Where the force tells plainly what is missing, a baseline that follows the gauge is of
+    /// another rig, and χ² beside it all valleys.
+    fn as_observed(&self, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
+        if self.problem.channels.len() == 1 {
+            return None;
+        }
+        let mut alone = self.problem.without_further_channels();
+        alone.work = Arc::new(self.problem.work.half());
+        let layout = Layout::new(&alone, Vec::new());
+        let start = layout.start(&alone);
+        let baseline = Fit::run(&alone, layout, start, self.part, Effort::FULL)?;
+        let told = select(&alone, baseline, self.mechanisms, progress);
+        self.problem.work.add(&alone.work);
+        let told = told.filter(|told| !told.best.fit.layout.entrants.is_empty())?;
+        let as_many = |trial: &&Trial| trial.fit.layout.entrants.len() == told.best.fit.layout.entrants.len();
+        let rivals = told.rivals.iter().map(|(_, trial)| trial).filter(as_many);
+        let near = rivals.filter(|trial| trial.bic - told.best.bic < WITHIN_REACH);
+        let fitted = std::iter::once(&told.best).chain(near).filter_map(|Trial { fit, .. }| {
+            let layout = Layout::new(self.problem, fit.layout.entrants.clone());
+            let start = layout.start_from(self.problem, &fit.layout, &fit.point);
+            let fit = Fit::run(self.problem, layout, start, self.part, Effort::FULL)?;
+            Some(Trial::new(self.problem, fit))
+        });
+        let lightest = fitted.min_by(|a, b| self.burden(a).total_cmp(&self.burden(b)))?;
+        Standing::of(self.problem, lightest, self.part)
+    }
+
+    /// What moves the robot, fitted from the first contact on, where the robot touches again or stays in most recordings and enormously much is left: what
+    /// else explains a force that goes on costs more than the search may, and leaves much.
+    fn moving(&mut self, from: &Standing) -> Vec<Trial> {
+        let often = 2 * touching_again(self.problem).len() > self.problem.recordings.len();
+        if from.mechanisms() > 0 || from.rest.z() < ENORMOUS || !often {
+            return Vec::new();
+        }
+        let fit = &from.trial.fit;
+        if self.unfolded.as_ref().is_none_or(|(beside, _)| *beside != fit.cost) {
+            let trials = unfolded(self.problem, fit, self.mechanisms, &[Scope::Everywhere], self.part);
+            self.unfolded = Some((fit.cost, trials));
+        }
+        let known = self.unfolded.iter().flat_map(|(_, trials)| trials);
+        let is_asked = |trial: &&Trial| {
+            let id = added(&trial.fit).effect.mechanism().id;
+            self.mechanisms.iter().any(|mechanism| mechanism.id == id)
+        };
+        known.filter(is_asked).cloned().collect()
+    }
+
     /// A model grown, and its mechanisms exchanged, as long as that makes it better.
     fn settled(&mut self, from: Standing, progress: &mut dyn FnMut(&str)) -> Option<Standing> {
         let mut here = from;
@@ -677,6 +750,10 @@ impl<'a> Selecting<'a> {
             if again.len() < self.problem.recordings.len() && !scopes.contains(&some) {
                 scopes.push(some);
             }
+        }
+        if let Some((_, known)) = self.unfolded.as_ref().filter(|(beside, _)| *beside == retuned.cost) {
+            scopes.retain(|scope| *scope != Scope::Everywhere);
+            trials.extend(known.iter().cloned());
         }
         trials.extend(unfolded(self.problem, retuned, self.mechanisms, &scopes, self.part));
         // Where nothing has been named, what is left may be no more than chance explains.
@@ -819,6 +896,7 @@ impl<'a> Selecting<'a> {
                 firsts: Vec::new(),
                 rivals: Vec::new(),
                 met: Vec::new(),
+                unfolded: self.unfolded.clone(),
                 ..*self
             };
             let mut steadier = without.settled(without.retuned.clone(), progress)?;
@@ -861,9 +939,15 @@ impl<'a> Selecting<'a> {
             if (!asks || is_bounded) && !scores.iter().any(promises) {
                 break;
             }
-            let wanted = if last { self.to_beat } else { f64::INFINITY };
+            let moving = self.moving(&here);
+            let rows = self.problem.rows() as f64;
+            let is_most = |trial: &&Trial| trial.fit.cost - rows < LITTLE * (here.trial.fit.cost - rows);
+            let moved = moving.iter().filter(is_most).map(|trial| trial.fit.cost).fold(f64::INFINITY, f64::min);
+            let wanted = if last { self.to_beat } else { moved };
             let breadth = if number == 0 && !here.asks() { Breadth::FAINT } else { Breadth::MORE };
-            let trials = refit(self.problem, &here.trial.fit, &scores, here.rest, breadth, self.part, wanted);
+            let mut trials = refit(self.problem, &here.trial.fit, &scores, here.rest, breadth, self.part, wanted);
+            trials.extend(moving);
+            trials.sort_by(|a, b| a.bic.total_cmp(&b.bic));
             let trials: Vec<Trial> = trials.into_iter().map(|trial| self.in_common(trial)).collect();
             if number == 0 {
                 self.firsts.clone_from(&trials);
@@ -1086,7 +1170,7 @@ impl<'a> Selecting<'a> {
         let start = fewer.start_from(self.problem, layout, point);
         let base = Fit::at(self.problem, fewer, start, self.part)?;
         let tangent = base.tangent(self.problem, self.part)?;
-        let reach = Reach::of(self.problem, (self.lines_hz)(&base));
+        let reach = Reach::of(self.problem, base.lines_hz(self.problem));
         let this = here.entrants()[place].effect.mechanism();
         let mut confused = remaining(self.mechanisms, &here.trial.fit);
         confused.retain(|other| other.is_confused_with(this));
@@ -1178,7 +1262,7 @@ impl<'a> Selecting<'a> {
 
     /// Scores beside a fit, of all mechanisms that another one has not.
     fn scores(&self, fit: &Fit, tangent: &Tangent, other: &Fit) -> Vec<Screened> {
-        let reach = Reach::of(self.problem, (self.lines_hz)(fit));
+        let reach = Reach::of(self.problem, fit.lines_hz(self.problem));
         screen(self.problem, fit, tangent, &reach, &remaining(self.mechanisms, other))
     }
 

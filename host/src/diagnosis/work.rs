@@ -41,6 +41,8 @@ pub fn reading_ns(values: usize) -> u64 {
 /// What has been done.
 #[derive(Debug)]
 pub struct Work {
+    /// What it may cost.
+    all_ns: u64,
     spent_ns: AtomicU64,
     /// Up to what the stage may go.
     stage_ns: AtomicU64,
@@ -48,15 +50,32 @@ pub struct Work {
 }
 
 impl Default for Work {
-    /// At the beginning of the first stage.
     fn default() -> Self {
-        let work = Self { spent_ns: AtomicU64::new(0), stage_ns: AtomicU64::new(0), left_out: AtomicU64::new(0) };
-        work.begin_stage();
-        work
+        Self::of(ALL_NS)
     }
 }
 
 impl Work {
+    /// At the beginning of the first stage.
+    fn of(all_ns: u64) -> Self {
+        let [spent_ns, stage_ns, left_out] = [(); 3].map(|()| AtomicU64::new(0));
+        let work = Self { all_ns, spent_ns, stage_ns, left_out };
+        work.begin_stage();
+        work
+    }
+
+    /// Work of its own that may cost half of what is left of this.
+    #[must_use]
+    pub fn half(&self) -> Self {
+        Self::of(self.all_ns.saturating_sub(self.spent_ns()) / 2)
+    }
+
+    /// Counts what another has cost, and what was left out of it.
+    pub fn add(&self, other: &Self) {
+        self.spent_ns.fetch_add(other.spent_ns(), Ordering::Relaxed);
+        self.left_out.fetch_add(other.left_out.load(Ordering::Relaxed), Ordering::Relaxed);
+    }
+
     /// Counts a motion that was followed, or given up.
     pub fn follow(&self, motion: Option<&Impact>) {
         // Sums do not depend on who comes first; they are looked at where nothing else is under way.
@@ -75,7 +94,7 @@ impl Work {
     /// Another stage begins.
     pub fn begin_stage(&self) {
         let spent_ns = self.spent_ns();
-        self.stage_ns.store(spent_ns + ALL_NS.saturating_sub(spent_ns) / SHARE, Ordering::Relaxed);
+        self.stage_ns.store(spent_ns + self.all_ns.saturating_sub(spent_ns) / SHARE, Ordering::Relaxed);
     }
 
     /// Whether a stage has nothing left to begin anything further with.
@@ -99,7 +118,7 @@ impl Work {
     #[must_use]
     pub fn cut_short(&self) -> Option<String> {
         let left_out = self.left_out.load(Ordering::Relaxed);
-        let is_all = self.spent_ns() >= ALL_NS;
+        let is_all = self.spent_ns() >= self.all_ns;
         let further = if is_all { ", and nothing further was begun" } else { "" };
         (left_out > 0 || is_all).then(|| {
             format!(

@@ -139,8 +139,7 @@ pub fn view(folder: &Path, without: &[String]) -> miette::Result<View> {
 /// The best model with this mechanism and no other. None where its signature is so weak that it was not refitted: it cannot pay for its
 /// parameters.
 fn alone(problem: &Problem, baseline: &Fit, mechanism: &'static Mechanism) -> Option<Trial> {
-    let lines = |fit: &Fit| fit.lines_hz(problem);
-    let selection = select(problem, baseline.clone(), &[mechanism], &lines, &mut |_| ())?;
+    let selection = select(problem, baseline.clone(), &[mechanism], &mut |_| ())?;
     let has = |trial: &Trial| !trial.fit.layout.entrants.is_empty();
     let rivals = selection.rivals.into_iter().map(|(_, trial)| trial);
     std::iter::once(selection.best).chain(rivals).filter(has).min_by(|a, b| a.bic.total_cmp(&b.bic))
