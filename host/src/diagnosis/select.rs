@@ -1,6 +1,7 @@
 //! Which mechanisms: one after the other, each refitted in full beside its rivals, and dropped again where it is not needed.
 //!
 //! ```text
+//! beside further channels: all of this by the observed one alone ─▶ what that names, fitted to all; where it leaves something:
 //! baseline ─▶ screen ─▶ refit the promising ─▶ best by BIC ─▶ is there a rest? ─▶ a second … ─▶ drop what is not missed
 //!                                                  ─▶ where two leave something, be it next to nothing: the two steady ones that tangents beside each first promise most of
 //!                                                  ─▶ where more than one is named: the second beside what came nearest to the first
