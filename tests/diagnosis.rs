@@ -1018,6 +1018,42 @@ fn a_gauge_that_is_no_force_has_a_chain_too() {
     assert!((number(limit, "value") / (25_000.0 * 4e-3) - 1.0).abs() < 0.01, "{limit}");
 }
 
+/// An amplifier bends just below its rails; what bends from a third of them on is no rail, but a curve of the cell.
+#[test]
+fn a_cell_that_bends_is_no_rail() {
+    let folder = TempDir::new().unwrap();
+    for (name, limit, knee, verdict) in [("rail", 80, 0.005, "named"), ("cell", 200, 0.2, "unexplained")] {
+        let bends = format!("clipping:limit_N={limit},knee={knee}");
+        campaign(&folder, name, &[&RIG[..2], &["--mechanism", &bends, "--noise", "0.03", "--seed", "5"]].concat());
+        let text = succeeds(&folder, &["diagnose", name, "--only", "clipping", "--json", "-"]);
+        let answer: Value = serde_json::from_str(&text).unwrap();
+        let named = &answer["mechanisms"][0];
+        assert_eq!((&answer["verdict"], &named["id"]), (&verdict.into(), &"clipping".into()), "{answer}");
+        assert_eq!(named["because"].as_str().unwrap().contains("knee = "), name == "cell", "{answer}");
+    }
+}
+
+/// Behind drives that slip an accelerometer shows what they bear, and not how the light tip stops.
+#[test]
+fn an_accelerometer_may_be_behind_what_slips() {
+    let folder = TempDir::new().unwrap();
+    let ceiling = "force-ceiling:force_N=80,tip_fraction=1e-4,slip_damping_Ns_per_m=1";
+    campaign(&folder, "slips", &[&RIG[..2], &["--mechanism", ceiling, "--noise", "0.1", "--seed", "5"]].concat());
+    let stated = read(&folder, "slips/campaign.toml");
+    let masses = stated.lines().filter(|line| line.starts_with("effective_mass_kg"));
+    let masses = masses.map(|line| line.split_once("value = ").unwrap().1.split(',').next().unwrap());
+    let masses: Vec<f64> = masses.map(|mass| mass.parse().unwrap()).collect();
+    for (file, mass_kg) in recordings(&folder, "slips").iter().zip(masses) {
+        change(file, |force_n| force_n / mass_kg);
+        let text = std::fs::read_to_string(file).unwrap();
+        std::fs::write(file, text.replacen("force_N", "acceleration_m_per_s2", 1)).unwrap();
+    }
+    let shown = [("observed", "\"acceleration_m_per_s2\""), ("noise_rms_N", "0.02"), ("full_scale_N", "100")];
+    restate(&folder, "slips", &shown);
+    let few = ["--only", "force-ceiling", "--only", "clipping", "--only", "guide-friction", "--only", "end-stop"];
+    assert_eq!(names(&folder, &[&["slips"], &few[..]].concat()), ["force-ceiling"]);
+}
+
 /// What is cut is the reading with the chain's zero, which is another in each recording.
 #[test]
 fn rails_cut_the_reading_with_its_zero() {
@@ -1112,6 +1148,39 @@ fn a_fall_is_read_from_whatever_shows_it() {
         falls(&folder, "air", shows, 8.0, &mut chance);
         assert_eq!(names(&folder, &["air"]), ["air-drag"], "{shows:?}");
     }
+}
+
+/// Each body has its own drag; that one of them were two or three times as heavy as it was weighed would do as much, and so would a scale
+/// that is wrong for it.
+#[test]
+fn each_body_of_a_fall_has_its_own_drag() {
+    let folder = TempDir::new().unwrap();
+    let mut chance = ChaCha8Rng::seed_from_u64(2);
+    falls(&folder, "bodies", Shows::Height, 8.0, &mut chance);
+    falls(&folder, "others", Shows::Height, 14.0, &mut chance);
+    let of = |configuration: &str, text: &str| {
+        let body = format!("configuration = \"{configuration}\"\n[[recording]]");
+        format!(
+            "{}configuration = \"{configuration}\"\n",
+            text.replace("[[recording]]", &body).replacen(&body, "[[recording]]", 1)
+        )
+    };
+    let others = read(&folder, "others/campaign.toml");
+    let (_, others) = others.split_at(others.find("[[recording]]").unwrap());
+    let both =
+        of("ball", &read(&folder, "bodies/campaign.toml")) + &of("box", &others.replace("recordings/", "recordings/o"));
+    std::fs::write(folder.path().join("bodies/campaign.toml"), both).unwrap();
+    for file in recordings(&folder, "others") {
+        let name = format!("bodies/recordings/o{}", file.file_name().unwrap().to_str().unwrap());
+        std::fs::copy(&file, folder.path().join(name)).unwrap();
+    }
+    let text = succeeds(&folder, &["diagnose", "bodies", "--json", "-"]);
+    let answer: Value = serde_json::from_str(&text).unwrap();
+    let [drag] = &answer["mechanisms"].as_array().unwrap()[..] else { panic!("{answer}") };
+    assert_eq!((&answer["verdict"], &drag["id"]), (&"named".into(), &"air-drag".into()), "{answer}");
+    let coefficients: Vec<f64> =
+        drag["parameters"].as_array().unwrap().iter().map(|parameter| number(parameter, "value")).collect();
+    assert!((coefficients[0] / coefficients[1] - (14.0_f64 / 8.0).powi(2)).abs() < 0.3, "{coefficients:?}");
 }
 
 /// At two samples a second one is longer than any gap in a log may be.

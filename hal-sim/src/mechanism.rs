@@ -292,12 +292,22 @@ impl Mechanism {
         self.parameters.iter().any(|parameter| matches!(parameter.unit, "N" | "N/s"))
     }
 
+    /// Whether it is of one configuration alone, by its number.
+    fn is_of_one_configuration(&self) -> bool {
+        self.parameters.iter().any(|parameter| matches!(parameter.search, Search::Whole(_)))
+    }
+
     /// Whether it can be in an experiment of this kind.
     #[must_use]
     pub fn concerns(&self, kind: crate::rig::Kind) -> bool {
         use crate::rig::Kind;
         match (kind, self.group) {
-            (Kind::Fall, group) => group == Group::Fall || matches!(self.site, Site::InitialCondition | Site::Chain),
+            // What falls has no pose, and its mass is seen by its drag alone, which each body has for itself.
+            (Kind::Fall, group) => {
+                group == Group::Fall
+                    || self.site == Site::Chain
+                    || self.site == Site::InitialCondition && !self.is_of_one_configuration()
+            }
             (Kind::Impact, group) => group != Group::Fall,
             (Kind::Drop, group) => group != Group::Robot || self.site == Site::InitialCondition,
         }

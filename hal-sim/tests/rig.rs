@@ -699,6 +699,8 @@ fn drift_rails_hum_and_gain_act_on_every_sample_as_written() {
     assert_near("faster", faster.truth().peak_n, 1.05 * peak, 1e-5);
     let ahead = strike(&Rig::impact(k), speed, mass, &["speed-error:relative=0.05,exponent=1"], 0.2);
     assert_near("ahead", ahead.truth().peak_n, (1.0 + 0.05 * 0.25 / speed) * peak, 1e-5);
+    let short = strike(&Rig::impact(k), speed, mass, &["speed-error:relative=-0.05,exponent=-2"], 0.2);
+    assert_near("too short a way", short.truth().peak_n, (1.0 - 0.05 * (speed / 0.25).powi(2)) * peak, 1e-5);
 }
 
 /// A log that counts samples shows at its end what came later, though no sample of that time was asked for.

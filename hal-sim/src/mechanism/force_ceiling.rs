@@ -69,7 +69,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             search: Search::OneOf(&[3.0, 60.0]),
         },
         Parameter {
-            meaning: "where the robot's position is read: 0 at the tip, 1 behind what slips",
+            meaning: "where the robot's motion is read: 0 at the tip, 1 behind what slips",
             ..Parameter::GAUGE
         },
     ],
@@ -129,15 +129,30 @@ mod tests {
         }
     }
 
-    /// What is read behind the drives goes on while they slip, by what slipped once they hold again.
+    /// What is read behind the drives goes on while they slip, by what slipped once they hold again; its speed and acceleration are its own.
     #[test]
-    fn an_encoder_behind_what_slips_shows_the_link() {
+    fn instruments_behind_what_slips_show_the_link() {
         let [tip, link] = [0, 1].map(|gauge| {
             let effect = format!("force-ceiling:force_N=60,tip_fraction=0.05,gauge={gauge}");
             strike(Rig::impact(25e3), 0.3, 6.0, &[&effect])
         });
         let slipped = |time_s: f64| link.value(Quantity::Position, time_s) - tip.value(Quantity::Position, time_s);
-        near("speed", link.value(Quantity::Velocity, 0.02), tip.value(Quantity::Velocity, 0.02), 1e-12);
+        let rate = |of: &Impact, quantity: Quantity| {
+            let [before, after] = [0.02 - 1e-6, 0.02 + 1e-6].map(|time_s| of.value(quantity, time_s));
+            (after - before) / 2e-6
+        };
+        for shown in [&tip, &link] {
+            near("speed", rate(shown, Quantity::Position), shown.value(Quantity::Velocity, 0.02), 1e-4);
+            near("acceleration", rate(shown, Quantity::Velocity), shown.value(Quantity::Acceleration, 0.02), 1e-3);
+        }
+        // The drives bear no more on the link than they can.
+        near("link", link.value(Quantity::Acceleration, 0.02), -60.0 / (0.95 * 6.0), 1e-9);
+        near(
+            "its tip's contact",
+            link.truth().contacts[0].speed_after_m_per_s,
+            tip.truth().contacts[0].speed_after_m_per_s,
+            1e-12,
+        );
         near("before", slipped(-0.01), 0.0, 1e-12);
         near("while it holds", slipped(5e-3), 0.0, 1e-9);
         assert!(slipped(0.02) > 1e-4, "{}", slipped(0.02));

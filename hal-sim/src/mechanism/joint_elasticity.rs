@@ -58,10 +58,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             scale: Scale::Logarithmic,
             search: Search::Typical,
         },
-        Parameter {
-            meaning: "where the robot's position is read: 0 at the tip, 1 behind the joint",
-            ..Parameter::GAUGE
-        },
+        Parameter { meaning: "where the robot's motion is read: 0 at the tip, 1 behind the joint", ..Parameter::GAUGE },
     ],
     signature: "another shape of the pulse, a double hump or a second hit while the link catches up; sway afterwards",
     confused_with: &["hunt-crossley-damping", "pad-relaxation", "frame-compliance", "robot-push"],

@@ -1,14 +1,14 @@
 //! The robot's links still sway when it arrives: its speed is not the commanded one, and it goes on changing.
 //!
-//! ẋ_free = v + A·cos(2πf·t + φ), so that the contact begins at v + A·cos φ, and during it every body of the robot is
-//! accelerated by −2πf·A·sin(2πf·t + φ), as by gravity: the heavy links hardly feel the rig. A lighter one, of a part μ of
-//! the effective mass behind a joint of that mode, is at −A/(2πf·μ)·sin φ ahead of the tip when that meets the rig,
+//! ẋ_free = v + A·e^(−ζωt)·cos(√(1−ζ²)·ωt + φ), ω = 2πf, ζ = 0 where it hardly dies away within a contact, so that the contact begins at v + A·cos φ, and during it every body of the robot is
+//! accelerated by −ω·A·sin(ωt + φ) (with ζ = 0), as by gravity: the heavy links hardly feel the rig. A lighter one, of a part μ of
+//! the effective mass behind a joint of that mode, is at −A/(ω·μ)·sin φ ahead of the tip when that meets the rig,
 //! −A/μ·cos φ faster, and answers the contact as an elastic joint does. The n-th impact of a campaign
 //! has φ = φ₀ + n·Δφ, which may be anything where the approach differs; where the same program always meets the rig at the same moment of
-//! its sway, every impact has φ₀. A is the same in every impact, or in proportion to the speed of approach, as what starting to
-//! that speed leaves behind.
+//! its sway, every impact has φ₀. A is the same in every impact, or another in each
+//! configuration, as one pose sways more than another, or in proportion to the speed of approach, as what starting to that speed leaves behind.
 //!
-//! Source: paper 2, link modes of 1 to 13 Hz; two bodies on a spring, whose momentum is kept.
+//! Source: paper 2, link modes of 1 to 13 Hz; two bodies on a spring and a dashpot, whose momentum is kept.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -21,7 +21,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     site: Site::Robot,
     lasting: false,
     exact: false,
-    by_configuration: &[],
+    by_configuration: &["amplitude_m_per_s"],
     by_recording: &[],
     used_in: &[
         ("link_fraction", "answers", &[1.0]),
@@ -29,9 +29,10 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         ("phase_rad", "repeats", &[0.0]),
         ("phase_step_rad", "repeats", &[0.0]),
         ("common_phase_rad", "repeats", &[1.0]),
+        ("damping_ratio", "decays", &[1.0]),
     ],
     sized: &[],
-    equation: "dx_free/dt = v + A·cos(2πf·t + φ), A or A·v/(0.25 m/s), φ = φ_0 + n·Δφ, n the place of the impact in the campaign, or one φ for all; a link that answers: tip m_R(1−μ) and link m_R·μ on k_j = (2πf)²·m_R·μ(1−μ)",
+    equation: "dx_free/dt = v + A·exp(−ζωt)·cos(sqrt(1 − ζ²)·ωt + φ), ω = 2πf, ζ = 0 unless it dies away, A or A·v/(0.25 m/s), φ = φ_0 + n·Δφ, n the place of the impact in the campaign, or one φ for all; a link that answers: tip m_R(1−μ) and link m_R·μ on k_j = ω²·m_R·μ(1−μ)",
     source: "paper 2: link modes of 1 to 13 Hz",
     parameters: &[
         Parameter {
@@ -102,6 +103,23 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             search: Search::OneOf(&[-FRAC_PI_2, 0.0, FRAC_PI_2, PI]),
             ..Parameter::ANGLE
         },
+        Parameter {
+            name: "damping_ratio",
+            unit: "1",
+            meaning: "damping ζ with which it dies away",
+            null: None,
+            range: (0.0, 0.3),
+            plausible: (0.003, 0.1),
+            typical: 0.02,
+            scale: Scale::Logarithmic,
+            search: Search::Typical,
+        },
+        Parameter {
+            name: "decays",
+            meaning: "0: it goes on as it is, 1: it dies away",
+            search: Search::LaterForm(&[1.0]),
+            ..Parameter::EITHER
+        },
     ],
     signature: "sway of displacement and speed before contact; peaks that scatter more than the speed is uncertain, slow pulses the most",
     confused_with: &["speed-error", "joint-elasticity", "robot-push"],
@@ -121,6 +139,7 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
         amplitude_m_per_s: effect.value(0) * times,
         pulsation_per_s: TAU * effect.value(1),
         phase_rad,
+        damping_ratio: if effect.form(10) == 1 { effect.value(9) } else { 0.0 },
     });
 }
 
@@ -191,6 +210,32 @@ mod tests {
             let time = f64::from(part) * 0.01;
             let sways = 0.2 + 0.02 * (TAU * 7.0 * time + 0.5).cos();
             near("free", fall.value(Quantity::Velocity, time), sways, 1e-6);
+        }
+    }
+
+    /// By e^(−ζωt), the sway of links too heavy to feel the rig and that of two bodies behind a damped joint alike; its position and
+    /// acceleration are those of its velocity.
+    #[test]
+    fn a_sway_may_die_away() {
+        let rig = Rig { gravity_m_per_s2: 0.0, ..Rig::fall() };
+        let (dies, turns) = (0.1 * TAU * 7.0, 0.99_f64.sqrt() * TAU * 7.0);
+        for answers in ["", ",answers=1,link_fraction=0.3"] {
+            let effect = format!("{EFFECT},decays=1,damping_ratio=0.1{answers}");
+            let fall = strike(rig, 0.2, 6.0, &[&effect]);
+            let hit = strike(Rig::impact(25e3), 0.2, 6.0, &[&effect]);
+            for part in 0..28 {
+                let time = f64::from(part) * 0.01;
+                let sway = |time: f64| 0.02 * (-dies * time).exp() * (turns * time + 0.5).cos();
+                near("after", fall.value(Quantity::Velocity, time), 0.2 + sway(time), 1e-6);
+                near("before", hit.value(Quantity::Velocity, -time), 0.2 + sway(-time), 1e-12);
+                for (shown, of) in [(&fall, time + 0.01), (&hit, -time - 0.01)] {
+                    let rate = |quantity: Quantity| {
+                        (shown.value(quantity, of + 1e-6) - shown.value(quantity, of - 1e-6)) / 2e-6
+                    };
+                    near("speed", rate(Quantity::Position), shown.value(Quantity::Velocity, of), 1e-5);
+                    near("rate", rate(Quantity::Velocity), shown.value(Quantity::Acceleration, of), 1e-3);
+                }
+            }
         }
     }
 

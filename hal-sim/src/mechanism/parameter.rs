@@ -74,6 +74,8 @@ pub enum Needed {
     Pad,
     /// A gauge that shows where the robot is.
     Position,
+    /// An instrument that shows how the robot moves: where it is, its speed or its acceleration.
+    Motion,
     /// Speeds of approach that differ.
     Speeds,
 }
@@ -138,9 +140,9 @@ impl Parameter {
         ..Self::EITHER
     };
 
-    /// Where a gauge of the robot's position is; its meaning is its mechanism's. Without such a gauge both are alike.
+    /// Which part of the robot bears what shows its motion; its meaning is its mechanism's. Without such an instrument both are alike.
     pub(super) const GAUGE: Self =
-        Self { name: "gauge", search: Search::FormWith(Needed::Position, &[0.0, 1.0], 1), ..Self::EITHER };
+        Self { name: "gauge", search: Search::FormWith(Needed::Motion, &[0.0, 1.0], 1), ..Self::EITHER };
 
     /// Whether it is held at its value when a mechanism is fitted.
     #[must_use]

@@ -32,7 +32,7 @@ pub struct Assembly {
     pub joint: Option<Joint>,
     /// The most force that the robot's link passes on to its tip.
     pub ceiling: Option<Ceiling>,
-    /// Whether the robot's position is read on the link behind its joint or its slipping drives, as an encoder at the motor does.
+    /// Whether the robot's motion is read on the link behind its joint or its slipping drives, as an encoder at the motor does.
     pub link_bears_gauge: bool,
     /// The robot's own sway.
     pub sway: Option<Sway>,
@@ -583,6 +583,8 @@ pub struct Sway {
     pub pulsation_per_s: f64,
     /// Phase at first contact, rad: 0 where the sway is fastest towards the rig.
     pub phase_rad: f64,
+    /// Damping ratio ζ; 0: it does not die away.
+    pub damping_ratio: f64,
 }
 
 impl Sway {
@@ -592,10 +594,10 @@ impl Sway {
         self.link_fraction == 0.0
     }
 
-    /// The joint behind which a link sways: without a loss, since the sway has not died away.
+    /// The joint behind which a link sways.
     fn joint(self, effective_mass_kg: f64) -> Option<Joint> {
-        let Self { link_fraction, pulsation_per_s, .. } = self;
-        (!self.is_imposed()).then(|| Joint::of_mode(effective_mass_kg, link_fraction, pulsation_per_s, 0.0))
+        let Self { link_fraction, pulsation_per_s, damping_ratio, .. } = self;
+        (!self.is_imposed()).then(|| Joint::of_mode(effective_mass_kg, link_fraction, pulsation_per_s, damping_ratio))
     }
 
     /// How far the link is ahead of the tip at first contact, m, and how much faster it is, m/s: momentum is kept between them.
@@ -604,30 +606,47 @@ impl Sway {
         if self.is_imposed() {
             return (0.0, 0.0);
         }
-        let ahead_m_per_s = self.amplitude_m_per_s / self.link_fraction;
-        (-ahead_m_per_s / self.pulsation_per_s * self.phase_rad.sin(), -ahead_m_per_s * self.phase_rad.cos())
+        let behind_m = self.from_middle_m(0.0) / self.link_fraction;
+        (-behind_m, -self.velocity_m_per_s(0.0) / self.link_fraction)
     }
 
-    fn turn_rad(self, time_s: f64) -> f64 {
-        self.pulsation_per_s * time_s + self.phase_rad
+    /// With which it dies away and turns, 1/s: ζω and ω·√(1 − ζ²).
+    fn rates_per_s(self) -> (f64, f64) {
+        let Self { pulsation_per_s, damping_ratio, .. } = self;
+        (damping_ratio * pulsation_per_s, pulsation_per_s * (1.0 - damping_ratio * damping_ratio).sqrt())
+    }
+
+    /// e^(−ζωt)·(p·cos + q·sin) of where it has turned to.
+    fn turned(self, time_s: f64, [p, q]: [f64; 2]) -> f64 {
+        let (dying_per_s, turning_per_s) = self.rates_per_s();
+        let (sine, cosine) = (turning_per_s * time_s + self.phase_rad).sin_cos();
+        (-dying_per_s * time_s).exp() * (p * cosine + q * sine)
+    }
+
+    /// Its position, m, from the middle of the sway.
+    fn from_middle_m(self, time_s: f64) -> f64 {
+        let (dying_per_s, turning_per_s) = self.rates_per_s();
+        let of_square = self.amplitude_m_per_s / self.pulsation_per_s / self.pulsation_per_s;
+        self.turned(time_s, [-dying_per_s * of_square, turning_per_s * of_square])
     }
 
     /// Its position, m, from where it is at first contact.
     #[must_use]
     pub fn position_m(self, time_s: f64) -> f64 {
-        self.amplitude_m_per_s / self.pulsation_per_s * (self.turn_rad(time_s).sin() - self.phase_rad.sin())
+        self.from_middle_m(time_s) - self.from_middle_m(0.0)
     }
 
     /// Its velocity, m/s.
     #[must_use]
     pub fn velocity_m_per_s(self, time_s: f64) -> f64 {
-        self.amplitude_m_per_s * self.turn_rad(time_s).cos()
+        self.turned(time_s, [self.amplitude_m_per_s, 0.0])
     }
 
     /// Its acceleration, m/s².
     #[must_use]
     pub fn acceleration_m_per_s2(self, time_s: f64) -> f64 {
-        -self.amplitude_m_per_s * self.pulsation_per_s * self.turn_rad(time_s).sin()
+        let (dying_per_s, turning_per_s) = self.rates_per_s();
+        self.turned(time_s, [-self.amplitude_m_per_s * dying_per_s, -self.amplitude_m_per_s * turning_per_s])
     }
 }
 

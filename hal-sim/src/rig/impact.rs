@@ -409,6 +409,7 @@ impl Impact {
 
     fn contact(&self, (start_s, end_s): (f64, Option<f64>)) -> Contact {
         let last_s = end_s.unwrap_or(self.motion.until_s);
+        let tip_m_per_s = |time_s: f64| self.instant(self.motion.trajectory.find(time_s), time_s).tip_m_per_s;
         let mut contact = Contact {
             start_s,
             end_s,
@@ -417,8 +418,8 @@ impl Impact {
             impulse_ns: 0.0,
             stroke_m: 0.0,
             loss_j: 0.0,
-            speed_before_m_per_s: self.value(Quantity::Velocity, start_s),
-            speed_after_m_per_s: self.value(Quantity::Velocity, last_s),
+            speed_before_m_per_s: tip_m_per_s(start_s),
+            speed_after_m_per_s: tip_m_per_s(last_s),
         };
         let first = self.motion.trajectory.find(start_s);
         for (number, stretch) in self.motion.trajectory.stretches().iter().enumerate().skip(first) {

@@ -118,6 +118,8 @@ pub(super) struct Mode {
 pub(super) struct Instant {
     pub(super) tip_m_per_s: f64,
     pub(super) tip_m_per_s2: f64,
+    /// Of what bears the robot's instruments: the tip, or the link behind it.
+    shown_m_per_s2: f64,
     /// Tip over frame.
     pub(super) over_m: f64,
     over_m_per_s: f64,
@@ -512,12 +514,7 @@ impl System {
         rates[1] = instant.tip_m_per_s2;
         if let Some(link) = self.layout.link {
             rates[link] = state[link + 1];
-            rates[link + 1] = if self.is_whole(mode) {
-                instant.tip_m_per_s2
-            } else {
-                let drive_n = self.drive_n(time_s, state[link], state[link + 1], mode);
-                self.field_m_per_s2(time_s) + (drive_n - instant.coupling_n) / self.link_kg
-            };
+            rates[link + 1] = self.link_m_per_s2(time_s, link, state, mode, &instant);
         }
         if let Some(frame) = self.layout.frame {
             rates[frame] = state[frame + 1];
@@ -556,18 +553,22 @@ impl System {
         }
     }
 
-    /// Which state a quantity is, and which one is to be subtracted: a gauge shows the tip over what it stands on, the depth
-    /// (while they touch) over the frame. `None`: it is no state.
+    /// Which state a quantity is, and which one is to be subtracted: a gauge shows what bears it over what it stands on, the
+    /// depth (while they touch) the tip over the frame. `None`: it is no state.
     pub(super) fn state_of(&self, quantity: Quantity) -> Option<(usize, Option<usize>)> {
         match quantity {
             Quantity::Position => {
-                let shown = self.layout.link.filter(|_| self.assembly.link_bears_gauge).unwrap_or(0);
-                Some((shown, self.assembly.frame.filter(|frame| frame.bears_gauge).and(self.layout.frame)))
+                Some((self.shown(), self.assembly.frame.filter(|frame| frame.bears_gauge).and(self.layout.frame)))
             }
-            Quantity::Velocity => Some((1, None)),
+            Quantity::Velocity => Some((self.shown() + 1, None)),
             Quantity::Depth => Some((0, self.layout.frame)),
             _ => None,
         }
+    }
+
+    /// The place of what bears the robot's instruments among the states: of the tip, or of the link behind it.
+    fn shown(&self) -> usize {
+        self.layout.link.filter(|_| self.assembly.link_bears_gauge).unwrap_or(0)
     }
 
     /// The forces and velocities at an instant.
@@ -633,7 +634,20 @@ impl System {
             let field_m_per_s2 = self.field_m_per_s2(time_s);
             instant.coupling_n = drive_n + self.link_kg * (field_m_per_s2 - instant.tip_m_per_s2);
         }
+        instant.shown_m_per_s2 = match self.layout.link {
+            Some(link) if self.assembly.link_bears_gauge => self.link_m_per_s2(time_s, link, state, mode, &instant),
+            _ => instant.tip_m_per_s2,
+        };
         instant
+    }
+
+    /// m_link·ẍ_link = D − C, unless it moves as one with the tip.
+    fn link_m_per_s2(&self, time_s: f64, link: usize, state: &[f64], mode: &Mode, instant: &Instant) -> f64 {
+        if self.is_whole(mode) {
+            return instant.tip_m_per_s2;
+        }
+        let drive_n = self.drive_n(time_s, state[link], state[link + 1], mode);
+        self.field_m_per_s2(time_s) + (drive_n - instant.coupling_n) / self.link_kg
     }
 
     /// m_f·ẍ_f = S + friction − k_f·x_f − c_f·ẋ_f; a heavy piece that friction holds moves with the frame.
@@ -960,7 +974,7 @@ impl System {
 
     /// What instruments read, in the order of [`Reading`](super::trajectory::Reading).
     pub(super) fn readings(&self, instant: &Instant) -> [f64; READINGS] {
-        [self.cell_n(instant), instant.tip_m_per_s2, instant.piece_m]
+        [self.cell_n(instant), instant.shown_m_per_s2, instant.piece_m]
     }
 
     /// For each event that this form can end with, a number that is positive until it happens.

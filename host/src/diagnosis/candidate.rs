@@ -40,6 +40,8 @@ pub struct Reach {
     pad_n_per_m: Option<f64>,
     /// Whether a channel shows where the robot is.
     shows_position: bool,
+    /// Whether one shows how it moves: where it is, its speed or its acceleration.
+    shows_motion: bool,
     /// Whether the robot came at different speeds.
     speeds_differ: bool,
     /// Frequencies at which the residual is strong, Hz, strongest first.
@@ -65,6 +67,8 @@ impl Reach {
         let longest_s = |runs: &Vec<Repeat>| runs.first().map(|run| run.lasts_s);
         let repeats = repeats(problem);
         let repeats_s = sorted(repeats.iter().filter_map(longest_s).collect());
+        let shows =
+            |quantities: &[Quantity]| problem.channels.iter().any(|channel| quantities.contains(&channel.quantity));
         Self {
             repeats_s: repeats_s.get(repeats_s.len() / 2).copied(),
             repeats,
@@ -75,7 +79,8 @@ impl Reach {
             body_n_per_m: rig.body_stiffness_n_per_m,
             pad_n_per_m: rig.pad_stiffness_n_per_m,
             speeds_differ: speeds.first().zip(speeds.last()).is_some_and(|(low, high)| *high > DIFFERENT * low),
-            shows_position: problem.channels.iter().any(|channel| channel.quantity == Quantity::Position),
+            shows_position: shows(&[Quantity::Position]),
+            shows_motion: shows(&[Quantity::Position, Quantity::Velocity, Quantity::Acceleration]),
             lines_hz,
         }
     }
@@ -85,6 +90,7 @@ impl Reach {
         match needed {
             Needed::Pad => self.pad_n_per_m.is_some(),
             Needed::Position => self.shows_position,
+            Needed::Motion => self.shows_motion,
             Needed::Speeds => self.speeds_differ,
         }
     }

@@ -75,6 +75,8 @@ const STANDS_STILL: f64 = 100.0;
 const SOON: f64 = 4.0;
 /// A fit is followed in so many stretches, as long as it may come near the best, or soon overtake another form of its mechanism.
 const STRETCHES: usize = 6;
+/// A start that leaves so many times what there is without it is none, whatever it promises.
+const ASTRAY: f64 = 2.0;
 /// A signature of which more than this is imitated by re-tuning is mere re-tuning.
 const MERE_TUNING: f64 = 0.995;
 /// How often a start that makes everything worse is taken back, and to which part of it, or one that helps is lengthened.
@@ -260,9 +262,9 @@ pub fn together(
 }
 
 /// Chooses among starts, given in the order of what they promise: the most promising and what the simulation makes most of, in turn.
-/// Who promises more than there is comes after all who do not.
+/// Who promises more than there is, or begins far from there, comes after all who do not.
 fn in_turn(mut begun: Vec<Start>, all: f64, breadth: Breadth) -> Vec<Start> {
-    begun.sort_by_key(|start| start.promised >= all);
+    begun.sort_by_key(|start| start.promised >= all || start.fit.cost > ASTRAY * all);
     let mut by_cost: Vec<usize> = (0..begun.len()).collect();
     by_cost.sort_by(|a, b| begun[*a].fit.cost.total_cmp(&begun[*b].fit.cost));
     let mut taken: Vec<usize> = Vec::new();

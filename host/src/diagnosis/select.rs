@@ -369,9 +369,9 @@ pub fn select(
     let told = selecting.as_observed(progress);
     let mut here = selecting.begun(told, progress)?;
     let stages: [Stage<'_>; 8] = [
+        Selecting::revised,
         Selecting::doubted,
         Selecting::begun_otherwise,
-        Selecting::revised,
         Selecting::paired,
         Selecting::crossed,
         Selecting::joined_by_a_third,
@@ -1000,8 +1000,14 @@ impl<'a> Selecting<'a> {
                 let is_another = |trial: &&Trial| added(&trial.fit).effect.mechanism().id != next.effect.mechanism().id;
                 self.met.push(Met::of(&larger, number, others.iter().filter(is_another).cloned().collect()));
             }
-            self.rivals.extend(others.into_iter().map(|trial| (number, trial)));
-            here = larger;
+            let others: Vec<(usize, Trial)> = others.into_iter().map(|trial| (number, trial)).collect();
+            // With a value for each configuration another may lead.
+            let lightest = self.lightest(&others, &larger).filter(|_| differs);
+            self.rivals.extend(others);
+            here = match lightest {
+                Some((place, other)) => self.exchange(larger, place, other)?,
+                None => larger,
+            };
         }
         Some(here)
     }
