@@ -606,7 +606,7 @@ impl Sway {
         if self.is_imposed() {
             return (0.0, 0.0);
         }
-        let behind_m = self.from_middle_m(0.0) / self.link_fraction;
+        let behind_m = self.off_middle_m(0.0) / self.link_fraction;
         (-behind_m, -self.velocity_m_per_s(0.0) / self.link_fraction)
     }
 
@@ -624,7 +624,7 @@ impl Sway {
     }
 
     /// Its position, m, from the middle of the sway.
-    fn from_middle_m(self, time_s: f64) -> f64 {
+    fn off_middle_m(self, time_s: f64) -> f64 {
         let (dying_per_s, turning_per_s) = self.rates_per_s();
         let of_square = self.amplitude_m_per_s / self.pulsation_per_s / self.pulsation_per_s;
         self.turned(time_s, [-dying_per_s * of_square, turning_per_s * of_square])
@@ -633,7 +633,7 @@ impl Sway {
     /// Its position, m, from where it is at first contact.
     #[must_use]
     pub fn position_m(self, time_s: f64) -> f64 {
-        self.from_middle_m(time_s) - self.from_middle_m(0.0)
+        self.off_middle_m(time_s) - self.off_middle_m(0.0)
     }
 
     /// Its velocity, m/s.
