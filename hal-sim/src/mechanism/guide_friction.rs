@@ -63,10 +63,10 @@ pub(super) const FORMS: &[(&str, &str, &[f64])] = &[
 pub(super) const PRESLIDING: Parameter = Parameter {
     name: "presliding_m",
     unit: "m",
-    meaning: "how far the bristles bend before they slide",
+    meaning: "how far the bristles bend before they slide; next to nothing where friction is dry",
     null: None,
     range: (1e-6, 1e-3),
-    plausible: (3e-6, 5e-4),
+    plausible: (1e-6, 5e-4),
     typical: 1e-5,
     scale: Scale::Logarithmic,
     search: Search::Typical,
