@@ -1,7 +1,8 @@
 //! The chain has an end: above it every sample has the same value.
 //!
 //! |y| = |F| − κ·L·ln(1 + e^((|F| − L)/(κ·L))): a converter cuts, y = max(−L, min(F, L)), as κ is next to nothing; an amplifier bends before
-//! it, over some hundredths of L at most: what bends far below it is no rail but a curve of the cell. What is cut is the reading, F + b with the chain's zero b, unless that has been adjusted before the rails.
+//! it, over some hundredths of L at most: what bends far below it is no rail but a curve of the cell. What is cut is the reading, F + b with
+//! the chain's zero b, unless that has been adjusted before the rails.
 //!
 //! Source: rails of converter and amplifier; the smooth minimum of F and L.
 

@@ -1,8 +1,8 @@
 //! The robot's links still sway when it arrives: its speed is not the commanded one, and it goes on changing.
 //!
-//! ẋ_free = v + A·e^(−ζωt)·cos(√(1−ζ²)·ωt + φ), ω = 2πf, ζ = 0 where it hardly dies away within a contact, so that the contact begins at v + A·cos φ, and during it every body of the robot is
-//! accelerated by −ω·A·sin(ωt + φ) (with ζ = 0), as by gravity: the heavy links hardly feel the rig. A lighter one, of a part μ of
-//! the effective mass behind a joint of that mode, is at −A/(ω·μ)·sin φ ahead of the tip when that meets the rig,
+//! ẋ_free = v + A·e^(−ζωt)·cos(√(1−ζ²)·ωt + φ), ω = 2πf, ζ = 0 where it hardly dies away within a contact, so that
+//! the contact begins at v + A·cos φ, and during it every body of the robot is accelerated by −ω·A·sin(ωt + φ) (with ζ = 0), as by gravity:
+//! the heavy links hardly feel the rig. A lighter one, of a part μ of the effective mass behind a joint of that mode, is at −A/(ω·μ)·sin φ ahead of the tip when that meets the rig,
 //! −A/μ·cos φ faster, and answers the contact as an elastic joint does. The n-th impact of a campaign
 //! has φ = φ₀ + n·Δφ, which may be anything where the approach differs; where the same program always meets the rig at the same moment of
 //! its sway, every impact has φ₀. A is the same in every impact, or another in each

@@ -300,7 +300,8 @@ fn pass_ramp<const N: usize>(
     let mut nodes = [*state; 2];
     nodes[1].copy_from_slice(&after[..N]);
     let readings = [0, 1].map(|node| {
-        system.readings(&system.instant(*time_s + moment_s * f64::from(node), &nodes[node as usize], &mode))
+        let (time_s, state) = (*time_s + moment_s * f64::from(node), &nodes[node as usize]);
+        system.readings(time_s, state, &mode, &system.instant(time_s, state, &mode))
     });
     trajectory.push(*time_s, moment_s, *time_s + moment_s, &nodes, &readings, mode);
     *state = nodes[1];

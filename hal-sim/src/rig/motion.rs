@@ -118,8 +118,6 @@ pub(super) struct Mode {
 pub(super) struct Instant {
     pub(super) tip_m_per_s: f64,
     pub(super) tip_m_per_s2: f64,
-    /// Of what bears the robot's instruments: the tip, or the link behind it.
-    shown_m_per_s2: f64,
     /// Tip over frame.
     pub(super) over_m: f64,
     over_m_per_s: f64,
@@ -634,10 +632,6 @@ impl System {
             let field_m_per_s2 = self.field_m_per_s2(time_s);
             instant.coupling_n = drive_n + self.link_kg * (field_m_per_s2 - instant.tip_m_per_s2);
         }
-        instant.shown_m_per_s2 = match self.layout.link {
-            Some(link) if self.assembly.link_bears_gauge => self.link_m_per_s2(time_s, link, state, mode, &instant),
-            _ => instant.tip_m_per_s2,
-        };
         instant
     }
 
@@ -973,8 +967,12 @@ impl System {
     }
 
     /// What instruments read, in the order of [`Reading`](super::trajectory::Reading).
-    pub(super) fn readings(&self, instant: &Instant) -> [f64; READINGS] {
-        [self.cell_n(instant), instant.shown_m_per_s2, instant.piece_m]
+    pub(super) fn readings(&self, time_s: f64, state: &[f64], mode: &Mode, instant: &Instant) -> [f64; READINGS] {
+        let shown_m_per_s2 = match self.shown() {
+            0 => instant.tip_m_per_s2,
+            link => self.link_m_per_s2(time_s, link, state, mode, instant),
+        };
+        [self.cell_n(instant), shown_m_per_s2, instant.piece_m]
     }
 
     /// For each event that this form can end with, a number that is positive until it happens.
@@ -1050,7 +1048,7 @@ impl System {
             }
             count += 1;
         }
-        (count, self.readings(&instant))
+        (count, self.readings(time_s, state, mode, &instant))
     }
 
     /// The form (and the states) after the event with this number.

@@ -86,7 +86,7 @@ const LONGER: f64 = 1.7;
 /// A rest of so many standard deviations is very much.
 const MUCH: f64 = 100.0;
 /// And of so many enormous.
-const ENORMOUS: f64 = 2000.0;
+pub(super) const ENORMOUS: f64 = 2000.0;
 /// Mechanisms that are fitted where very much is left though they promise little, and from how many strengths each: the last is
 /// beyond what is likely.
 const SILENT: usize = 3;

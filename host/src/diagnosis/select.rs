@@ -39,7 +39,7 @@ use super::layout::{Entrant, Layout, Role, Scope};
 use super::locate::{Oddity, oddity};
 use super::omnibus::{Omnibus, observed_omnibus, omnibus};
 use super::problem::{Prepared, Problem};
-use super::refit::{Breadth, added, anew, beside_or_as_stated, refit, together};
+use super::refit::{Breadth, ENORMOUS, added, anew, beside_or_as_stated, refit, together};
 use super::screen::{Screened, screen};
 use super::spectrum::{Hum, hum};
 use super::strangers::strangers;
@@ -89,8 +89,7 @@ const PARTLY: f64 = 0.5;
 const FIRSTS: usize = 8;
 /// and of the pairs that tangents promise so many are refitted.
 const CROSSED: usize = 4;
-/// A rest of so many standard deviations is enormous, and this part of it little.
-const ENORMOUS: f64 = 2000.0;
+/// This part of an enormous rest is little.
 const LITTLE: f64 = 0.1;
 /// The most mechanisms in one model, and before every other two have been tried.
 const MOST_MECHANISMS: usize = 3;
@@ -612,16 +611,21 @@ impl<'a> Selecting<'a> {
             return Vec::new();
         }
         let fit = &from.trial.fit;
-        if self.unfolded.as_ref().is_none_or(|(beside, _)| *beside != fit.cost) {
+        if self.unfolded_beside(fit).is_none() {
             let trials = unfolded(self.problem, fit, self.mechanisms, &[Scope::Everywhere], self.part);
             self.unfolded = Some((fit.cost, trials));
         }
-        let known = self.unfolded.iter().flat_map(|(_, trials)| trials);
+        self.unfolded_beside(fit).unwrap_or_default()
+    }
+
+    /// The same as far as it has been fitted beside this baseline, of the mechanisms that are asked for.
+    fn unfolded_beside(&self, baseline: &Fit) -> Option<Vec<Trial>> {
+        let (_, known) = self.unfolded.as_ref().filter(|(beside, _)| *beside == baseline.cost)?;
         let is_asked = |trial: &&Trial| {
             let id = added(&trial.fit).effect.mechanism().id;
             self.mechanisms.iter().any(|mechanism| mechanism.id == id)
         };
-        known.filter(is_asked).cloned().collect()
+        Some(known.iter().filter(is_asked).cloned().collect())
     }
 
     /// A model grown, and its mechanisms exchanged, as long as that makes it better.
@@ -752,9 +756,9 @@ impl<'a> Selecting<'a> {
                 scopes.push(some);
             }
         }
-        if let Some((_, known)) = self.unfolded.as_ref().filter(|(beside, _)| *beside == retuned.cost) {
+        if let Some(known) = self.unfolded_beside(retuned) {
             scopes.retain(|scope| *scope != Scope::Everywhere);
-            trials.extend(known.iter().cloned());
+            trials.extend(known);
         }
         trials.extend(unfolded(self.problem, retuned, self.mechanisms, &scopes, self.part));
         // Where nothing has been named, what is left may be no more than chance explains.
@@ -992,15 +996,18 @@ impl<'a> Selecting<'a> {
             let next = added(&next.fit).clone();
             let others = trials.into_iter().filter(|trial| !added(&trial.fit).is_same_as(&next));
             let differs = added(&larger.trial.fit).scope == Scope::EachConfiguration;
-            let others: Vec<Trial> =
-                others.map(|trial| if differs { self.differently(trial, number) } else { trial }).collect();
+            let others = others.map(|trial| if differs { self.differently(trial, number) } else { trial });
+            let others: Vec<(usize, Trial)> = others.map(|trial| (number, trial)).collect();
             // Beside the same others they need not be refitted again in its place.
             let fewer = larger.fewer[number].as_ref();
             if !differs && fewer.is_some_and(|fewer| (fewer.fit.cost - here.trial.fit.cost).abs() < UNCONVERGED) {
                 let is_another = |trial: &&Trial| added(&trial.fit).effect.mechanism().id != next.effect.mechanism().id;
-                self.met.push(Met::of(&larger, number, others.iter().filter(is_another).cloned().collect()));
+                self.met.push(Met::of(
+                    &larger,
+                    number,
+                    others.iter().map(|(_, trial)| trial).filter(is_another).cloned().collect(),
+                ));
             }
-            let others: Vec<(usize, Trial)> = others.into_iter().map(|trial| (number, trial)).collect();
             // With a value for each configuration another may lead.
             let lightest = self.lightest(&others, &larger).filter(|_| differs);
             self.rivals.extend(others);
