@@ -1026,6 +1026,7 @@ fn a_cell_that_bends_is_no_rail() {
         let named = &answer["mechanisms"][0];
         assert_eq!((&answer["verdict"], &named["id"]), (&verdict.into(), &"clipping".into()), "{answer}");
         assert_eq!(named["because"].as_str().unwrap().contains("knee = "), name == "cell", "{answer}");
+        assert_eq!(named["because"].as_str().unwrap().contains(" to 0.02 that are likely"), name == "cell", "{answer}");
     }
 }
 

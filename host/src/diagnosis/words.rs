@@ -75,6 +75,12 @@ pub fn listed<S: Borrow<str>>(words: &[S], last: &str) -> String {
     }
 }
 
+/// A unit as it stands behind a number: what has none has nothing there.
+#[must_use]
+pub fn behind_a_number(unit: &str) -> String {
+    if unit == "1" { String::new() } else { format!(" {unit}") }
+}
+
 /// Unit of the observed channel.
 #[must_use]
 pub fn unit(diagnosis: &Diagnosis) -> &'static str {
@@ -215,10 +221,11 @@ pub fn because(diagnosis: &Diagnosis, place: usize) -> String {
     }
     if let Some(Unlikely { name, unit, value, likely: (low, high) }) = unlikely(selection, place) {
         parts.push(format!(
-            "it is hardly what it is called: {name} = {} {unit} is far from the {} to {} {unit} that are likely",
+            "it is hardly what it is called: {name} = {}{unit} is far from the {} to {}{unit} that are likely",
             short(value),
             short(low),
-            short(high)
+            short(high),
+            unit = behind_a_number(unit)
         ));
     }
     if let Some(stands) = newtons_stand_for(diagnosis, entrant.effect.mechanism()) {
@@ -306,8 +313,7 @@ pub fn against(evidence: &Evidence) -> String {
 
 fn limit_words(limit: Limit) -> String {
     let side = if limit.upwards_is_less { "below" } else { "above" };
-    let (name, unit) = (limit.name, limit.unit);
-    let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+    let (name, unit) = (limit.name, behind_a_number(limit.unit));
     format!("{side} {name} = {}{unit} it would have been seen", significant(limit.value, 2))
 }
 

@@ -125,7 +125,7 @@ fn values(parameters: &[Value]) -> Vec<String> {
         }
         let least = values.iter().map(|value| value.value).fold(f64::INFINITY, f64::min);
         let most = values.iter().map(|value| value.value).fold(f64::NEG_INFINITY, f64::max);
-        let unit = if values[0].unit == "1" { String::new() } else { format!(" {}", values[0].unit) };
+        let unit = words::behind_a_number(&values[0].unit);
         vec![format!("{} = {} to {}{unit}, {} values", stem(&values[0]), short(least), short(most), values.len())]
     };
     of_one.flat_map(told).collect()
@@ -133,7 +133,7 @@ fn values(parameters: &[Value]) -> Vec<String> {
 
 /// A parameter with its interval.
 pub(super) fn value(value: &Value) -> String {
-    let unit = if value.unit == "1" { String::new() } else { format!(" {}", value.unit) };
+    let unit = words::behind_a_number(&value.unit);
     if value.low == value.high {
         return format!("{} = {}{unit}", value.name, short(value.value));
     }
