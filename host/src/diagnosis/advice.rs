@@ -35,6 +35,8 @@ const LEAST_TIMES: usize = 3;
 const MOST_TIMES: usize = 10;
 /// From how many values of its own for the new recording an imitation begins.
 const OWN_STARTS: usize = 4;
+/// What one recording explains so much of is seen in it alone.
+const ALONE: f64 = 0.9;
 /// How long a recording goes on after the contact that a free impact would have, in contact times,
 const FREE: f64 = 3.0;
 /// and where contact is held. The models have to be right for longest there, so it is asked for only where a free impact tells too little.
@@ -159,7 +161,37 @@ pub fn advice(problem: &Problem, selection: &Selection) -> Vec<String> {
     if sentences.is_empty() && Verdict::of(selection) == Verdict::Unexplained {
         sentences.extend(where_to_look(problem));
     }
+    if sentences.is_empty() {
+        sentences.extend(once_more(problem, selection));
+    }
     sentences
+}
+
+/// What a single recording shows no other one foretells: the same impact again tells whether it was that of the rig.
+fn once_more(problem: &Problem, selection: &Selection) -> Option<String> {
+    let explained = |number: usize| {
+        selection.baseline.own_cost(problem, number) - selection.best.fit.own_cost(problem, number)
+    };
+    let explained: Vec<f64> = (0..problem.recordings.len()).map(explained).collect();
+    let number = alone(&explained)?;
+    let Prepared { name, speed, mass, configuration, .. } = &problem.recordings[number];
+    let again = match problem.rig.kind {
+        RigKind::Fall => "let it fall like that".to_owned(),
+        _ => format!(
+            "record {:.2} m/s with {:.1} kg (configuration {})",
+            speed.value, mass.value, problem.configurations[*configuration]
+        ),
+    };
+    Some(format!(
+        "Only {name} shows what is named: {again} {LEAST_TIMES} times more. Until then nothing else foretells it."
+    ))
+}
+
+/// Which of several holds nearly all that is explained; `None`: they share it, or nothing is.
+fn alone(explained: &[f64]) -> Option<usize> {
+    let (most, of_one) = explained.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
+    let all: f64 = explained.iter().map(|part| part.max(0.0)).sum();
+    (explained.len() > 1 && *of_one > 0.0 && *of_one >= ALONE * all).then_some(most)
 }
 
 /// What to take away or to change, one at a time, where nothing has a name for what is left.
@@ -379,6 +411,14 @@ mod tests {
         assert_eq!(chosen(3.0, 50.0), Some((false, 8)));
         assert_eq!(chosen(2.0, 50.0), Some((true, 3)));
         assert_eq!(chosen(2.0, 1.0), None);
+    }
+
+    #[test]
+    fn what_one_recording_shows_alone_is_asked_for_again() {
+        assert_eq!(alone(&[-2.0, 400.0, 3.0, 10.0]), Some(1));
+        assert_eq!(alone(&[50.0, 400.0, 3.0, 10.0]), None);
+        assert_eq!(alone(&[-2.0, -1.0]), None);
+        assert_eq!(alone(&[400.0]), None);
     }
 
     #[test]
