@@ -526,6 +526,8 @@ pub struct Piece {
     pub stop_n_per_m: f64,
     /// Damping of that stop, N·s/m. The guide's housing bears both, not the cell.
     pub stop_ns_per_m: f64,
+    /// Whether the cell is in front of it and bears the contact, not behind the springs.
+    pub cell_in_front: bool,
 }
 
 impl Piece {

@@ -960,6 +960,9 @@ impl System {
 
     /// What the cell bears.
     pub(super) fn cell_n(&self, instant: &Instant) -> f64 {
+        if self.assembly.piece.is_some_and(|piece| piece.cell_in_front) {
+            return instant.contact_n;
+        }
         let inertia_n = self.assembly.frame.map_or(0.0, |frame| frame.on_cell_kg * instant.frame_m_per_s2);
         let guide = &self.assembly.guide;
         let past_n = (1.0 - guide.air_cell_share) * instant.air_n;

@@ -66,8 +66,10 @@ const GUARD: f64 = 0.05;
 const LIVELIEST: f64 = 3.0;
 /// Samples whose times between them differ by no more than this part of them are of one rate.
 const RATE_TOLERANCE: f64 = 0.1;
-/// Samples are spaced alike where a tenth, half and nine tenths of the steps are shorter than differ by this factor at most.
+/// Samples are spaced alike where what a tenth, half and nine tenths of the steps are shorter than differs by this factor at most
 const STEADY: f64 = 1.3;
+/// from what this part of the steps more or less are shorter than: of samples of which a tenth is missing nine tenths of the steps may be one or two.
+const STEPS_MORE: f64 = 0.09;
 /// The median size of a Gaussian, in its deviation.
 const GAUSSIAN_MEDIAN: f64 = 0.6745;
 /// The most samples of a recording that are fitted.
@@ -823,9 +825,10 @@ impl Raw<'_> {
         };
         let (before, after) = self.times_s.split_at(quiet_end);
         let (before, after) = (steps(before), steps(after));
+        let at = |steps: &[f64], part: f64| steps[((steps.len() - 1) as f64 * part.clamp(0.0, 1.0)) as usize];
         let alike = |part: f64| {
-            let at = |steps: &[f64]| steps[((steps.len() - 1) as f64 * part) as usize];
-            (at(&before) / at(&after)).ln().abs() < STEADY.ln()
+            let [shortest, longest] = [-STEPS_MORE, STEPS_MORE].map(|more| at(&after, part + more));
+            (shortest / STEADY..longest * STEADY).contains(&at(&before, part))
         };
         before.len().min(after.len()) >= FEWEST_QUIET && [0.1, 0.5, 0.9].into_iter().all(alike)
     }
