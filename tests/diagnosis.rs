@@ -266,6 +266,26 @@ fn found_in_each_pose(id: &str, more: &str, values: [(&str, f64); 3]) -> BTreeSe
     twins.iter().chain([&only["id"]]).map(|id| id.as_str().unwrap().to_owned()).collect()
 }
 
+/// A robot that lets go in one pose only has a lighter mass there, by fifteen of its stated deviations; beside a pad that loses energy everywhere what fits that mass
+/// best is no reaction.
+#[test]
+fn what_acts_in_one_pose_is_sought_beside_the_others() {
+    let folder = TempDir::new().unwrap();
+    let model = "format = \"thud-model/1\"\nname = \"lets go\"\n[rig]\nkind = \"impact\"\n\
+                 body_stiffness_N_per_m = { value = 33900.0, sd = 680.0 }\npad_stiffness_N_per_m = { value = 56500.0, sd = 5650.0 }\n\
+                 [[mechanism]]\nid = \"collision-reaction\"\nconfiguration = \"1\"\n[mechanism.parameters]\nforce_N = { value = 16.0 }\n\
+                 threshold_N = { value = 11.0 }\ndelay_s = { value = 0.007 }\nretreat_m_per_s = { value = 0.41 }\nrise_s = { value = 0.003 }\n\
+                 [[mechanism]]\nid = \"hunt-crossley-damping\"\n[mechanism.parameters]\nalpha_s_per_m = { value = 0.125 }\n";
+    std::fs::write(folder.path().join("model.toml"), model).unwrap();
+    let mut simulated = vec!["simulate", "--model", "model.toml", "--speeds", "0.11,0.2,0.27", "--masses", "8.3,6,4"];
+    simulated.extend(["--speed-error", "0.01", "--mass-error", "0.015", "--noise", "0.2", "--repeats", "1"]);
+    succeeds(&folder, &[&simulated[..], &["--sample-rate", "10000", "--seed", "5", "--out", "pose"]].concat());
+    let few = ["collision-reaction", "hunt-crossley-damping", "link-oscillation", "pose-dependent-mass"];
+    let few = few.iter().flat_map(|id| ["--only", id]);
+    let answer = names(&folder, &std::iter::once("pose").chain(few).collect::<Vec<_>>());
+    assert_eq!(answer, ["collision-reaction", "hunt-crossley-damping"]);
+}
+
 /// A blow beside the axis reads otherwise in every pose: one gain, of a strength of its own in each.
 #[test]
 fn a_gain_may_be_another_in_each_pose() {

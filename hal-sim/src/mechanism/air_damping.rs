@@ -63,7 +63,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             meaning: "time τ in which the pressure follows the flow",
             null: None,
             range: (1e-5, 0.02),
-            plausible: (1e-4, 3e-3),
+            plausible: (3e-5, 3e-3),
             typical: 5e-4,
             scale: Scale::Logarithmic,
             search: Search::Plausible,

@@ -76,7 +76,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             meaning: "time τ_r in which the stiffness follows the rate",
             null: None,
             range: (1e-4, 0.1),
-            plausible: (2e-4, 2e-2),
+            plausible: (2e-4, 0.1),
             typical: 1e-3,
             scale: Scale::Logarithmic,
             search: Search::OneOf(&[1e-3, 1e-2]),

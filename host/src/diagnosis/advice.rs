@@ -169,9 +169,8 @@ pub fn advice(problem: &Problem, selection: &Selection) -> Vec<String> {
 
 /// What a single recording shows no other one foretells: the same impact again tells whether it was that of the rig.
 fn once_more(problem: &Problem, selection: &Selection) -> Option<String> {
-    let explained = |number: usize| {
-        selection.baseline.own_cost(problem, number) - selection.best.fit.own_cost(problem, number)
-    };
+    let explained =
+        |number: usize| selection.baseline.own_cost(problem, number) - selection.best.fit.own_cost(problem, number);
     let explained: Vec<f64> = (0..problem.recordings.len()).map(explained).collect();
     let number = alone(&explained)?;
     let Prepared { name, speed, mass, configuration, .. } = &problem.recordings[number];

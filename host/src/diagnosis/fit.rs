@@ -359,6 +359,12 @@ impl Fit {
         self.strain_of(|role| self.layout.holds_stated(role))
     }
 
+    /// The same of a configuration's mass alone.
+    #[must_use]
+    pub fn strayed_mass(&self, configuration: usize) -> f64 {
+        self.strain_of(|role| role == Role::Mass(configuration))
+    }
+
     /// Of some global coordinates.
     fn strain_of(&self, of: impl Fn(Role) -> bool) -> f64 {
         let believed =

@@ -1007,6 +1007,9 @@ struct Passed {
 
 #[cfg(test)]
 mod tests {
+    use rand::{RngExt as _, SeedableRng as _};
+    use rand_chacha::ChaCha8Rng;
+
     use super::*;
     use crate::diagnosis::noise::tests::coloured;
 
@@ -1150,6 +1153,25 @@ mod tests {
             let squares = means.iter().map(|value| value * value).sum::<f64>() / means.len() as f64;
             assert!((squares - 1.0).abs() < 0.1, "{}: {squares}", rest.averaged);
         }
+    }
+
+    /// A tenth of the samples is missing, whichever: nine tenths of the steps are one or two. Twice the rate from contact on is another thing.
+    #[test]
+    fn missing_samples_leave_the_spacing_as_it_is() {
+        let (times, _) = two_pulses(1.0, 2_000);
+        let spaced = |times_s: &[f64]| {
+            let quiet_end = times_s.partition_point(|time| *time < 0.1);
+            raw(RigKind::Impact, times_s, &vec![0.0; times_s.len()]).is_steady(quiet_end)
+        };
+        for seed in 0..40 {
+            let mut chance = ChaCha8Rng::seed_from_u64(seed);
+            let kept: Vec<f64> = times.iter().copied().filter(|_| chance.random_bool(0.9)).collect();
+            assert!(spaced(&kept), "{seed}");
+        }
+        let quicker = times
+            .windows(2)
+            .flat_map(|two| if two[0] < 0.1 { vec![two[0]] } else { vec![two[0], 0.5 * (two[0] + two[1])] });
+        assert!(!spaced(&quicker.collect::<Vec<_>>()));
     }
 
     /// What comes at 0.5 m/s, turns and goes: its way before contact is neither noise nor offset.

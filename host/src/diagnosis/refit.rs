@@ -471,6 +471,55 @@ fn unpromised(problem: &Problem, base: &Fit, scores: &[Screened], begun: &[Start
     fits
 }
 
+/// Mechanisms at every start of their grids and at likely strengths, each simulated once in the recordings where it acts; the best few of each are followed. Far from
+/// where a fit will be a tangent tells neither a strength nor a place on the way. Best first; above the cost `wanted` nothing matters.
+#[must_use]
+pub fn at_likely_strengths(
+    problem: &Problem,
+    base: &Fit,
+    scores: &[Screened],
+    part: Part<'_>,
+    wanted: f64,
+) -> Vec<Trial> {
+    let begun = |score: &Screened, number: u32| -> Option<Fit> {
+        let mechanism = score.entrant.effect.mechanism();
+        let (low, high) = mechanism.parameters[0].plausible;
+        let strength = low * (high / low).powf(f64::from(number) / f64::from(SILENT_STRENGTHS - 1));
+        let mut entrant = score.entrant.clone();
+        entrant.effect.set_value(0, strength).ok()?;
+        let acts = |number: &&usize| entrant.scope.includes(**number, problem.recordings[**number].configuration);
+        let acts_in: Vec<usize> = part.iter().filter(acts).copied().collect();
+        let layout = base.layout.with(problem, entrant);
+        let start = layout.start_from(problem, &base.layout, &base.point);
+        Fit::at(problem, layout, start, &acts_in)
+    };
+    let has_strength = |score: &&Screened| score.entrant.effect.mechanism().parameters[0].null == Some(0.0);
+    let begun_ns = scores.iter().map(|_| u64::from(SILENT_STRENGTHS) * base.motions_ns);
+    let paid = problem.work.purse().pays_for(begun_ns);
+    let mut fits: Vec<Fit> = scores
+        .par_iter()
+        .take(paid)
+        .filter(has_strength)
+        .flat_map_iter(|score| (0..SILENT_STRENGTHS).filter_map(|number| begun(score, number)).collect::<Vec<_>>())
+        .collect();
+    fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let mut of_each: Vec<(&'static str, usize)> = Vec::new();
+    fits.retain(|fit| {
+        let id = added(fit).effect.mechanism().id;
+        let known = of_each.iter().position(|(other, _)| *other == id).unwrap_or_else(|| {
+            of_each.push((id, 0));
+            of_each.len() - 1
+        });
+        of_each[known].1 += 1;
+        of_each[known].1 <= Breadth::MORE.starts
+    });
+    let starts = fits.into_par_iter().filter_map(|fit| {
+        let fit = Fit::touching(problem, fit.layout, fit.point, part)?;
+        Some(Start { fit, promised: 0.0, looks: LOOKS_ANEW })
+    });
+    finished(problem, base, starts.collect(), part, wanted)
+}
+
 /// The recordings in which more than noise is left; everywhere where these are none or more than half.
 fn where_left(problem: &Problem, fit: &Fit) -> Scope {
     let is_left = |residual: &Vec<f64>| {

@@ -39,12 +39,14 @@ use super::layout::{Entrant, Layout, Role, Scope};
 use super::locate::{Oddity, oddity};
 use super::omnibus::{Omnibus, observed_omnibus, omnibus};
 use super::problem::{Prepared, Problem};
-use super::refit::{Breadth, ENORMOUS, added, anew, beside_or_as_stated, refit, together};
+use super::refit::{Breadth, ENORMOUS, added, anew, at_likely_strengths, beside_or_as_stated, refit, together};
 use super::screen::{Screened, screen};
 use super::spectrum::{Hum, hum};
-use super::strangers::strangers;
+use super::strangers::{strangers, told_by_others};
 use super::unfold::{touching_again, unfolded};
-use super::verdict::{AS_GOOD, IMPOSSIBLE, SIGNIFICANT, UNLIKELY, WORTH, is_likely, made_likely, remains, unlikely};
+use super::verdict::{
+    AS_GOOD, IMPOSSIBLE, SIGNIFICANT, UNLIKELY, WORTH, is_likely, is_quite_likely, made_likely, remains, unlikely,
+};
 
 /// The first mechanism must take more off χ² than chance does in one trial of so many; thirty mechanisms are tried, from several starts
 /// each. Of 515 campaigns with traces of the usual imperfections one had a fall rarer than that, of one in 50,000, and none of 80 of another simulator; of
@@ -443,7 +445,7 @@ impl<'a> Selecting<'a> {
     fn selection(&self, here: Standing) -> Selection {
         let worth = here.worth();
         let is_likely_without =
-            here.fewer.iter().map(|fewer| fewer.as_ref().is_none_or(|fewer| is_likely(&fewer.fit))).collect();
+            here.fewer.iter().map(|fewer| fewer.as_ref().is_none_or(|fewer| is_quite_likely(&fewer.fit))).collect();
         let (traces, rivals): (Vec<_>, Vec<_>) =
             self.rivals.iter().cloned().partition(|rival| self.is_trace_instead(&here, rival));
         let seen = |(place, trial): (usize, Trial)| {
@@ -761,13 +763,18 @@ impl<'a> Selecting<'a> {
             trials.extend(known);
         }
         trials.extend(unfolded(self.problem, retuned, self.mechanisms, &scopes, self.part));
+        let apart = self.beside_other_configurations(from.trial.fit.cost);
+        trials.extend(apart.iter().cloned());
         // Where nothing has been named, what is left may be no more than chance explains.
         let is_worthy =
             |trial: &&Trial| from.mechanisms() > 0 || is_no_chance(self.problem, &self.retuned, trial, self.part);
-        let lightest = trials.iter().filter(is_worthy).min_by(|a, b| self.burden(a).total_cmp(&self.burden(b)));
-        let Some(lightest) = lightest.filter(|trial| self.is_lighter(trial, &from.trial)).cloned() else {
-            return Some(from);
+        let lightest_of = |trials: &[Trial]| {
+            let worthy = trials.iter().filter(is_worthy);
+            worthy.min_by(|a, b| self.burden(a).total_cmp(&self.burden(b))).cloned()
         };
+        let lightest = lightest_of(&trials).filter(|trial| self.is_lighter(trial, &from.trial));
+        // What acts in one configuration may be one of two, and what it is compared with bends to both.
+        let Some(lightest) = lightest.or_else(|| lightest_of(&apart)) else { return Some(from) };
         let begun = Standing::of(self.problem, lightest, self.part)?;
         if self.found_lower_baseline(&begun)? {
             self.rivals.clear();
@@ -1278,6 +1285,21 @@ impl<'a> Selecting<'a> {
     fn scores(&self, fit: &Fit, tangent: &Tangent, other: &Fit) -> Vec<Screened> {
         let reach = Reach::of(self.problem, fit.lines_hz(self.problem));
         screen(self.problem, fit, tangent, &reach, &remaining(self.mechanisms, other))
+    }
+
+    /// What acts in one configuration only, where the baseline has a mass there that nobody stated: beside what the others tell, and that mass as stated. Above
+    /// the cost `wanted` nothing matters.
+    fn beside_other_configurations(&self, wanted: f64) -> Vec<Trial> {
+        let retuned = &self.retuned.trial.fit;
+        let is_off = |configuration: &usize| retuned.strayed_mass(*configuration) > IMPOSSIBLE;
+        let beside = |configuration: usize| {
+            let base = told_by_others(self.problem, retuned, configuration)?;
+            let tangent = base.tangent(self.problem, self.part)?;
+            let mut scores = self.scores(&base, &tangent, &base);
+            scores.retain(|score| score.entrant.scope == Scope::Configuration(configuration));
+            Some(at_likely_strengths(self.problem, &base, &scores, self.part, wanted))
+        };
+        (0..self.problem.configurations.len()).filter(is_off).filter_map(beside).flatten().collect()
     }
 
     /// A model whose last mechanism may be another in each configuration, if it is better by as much as a further mechanism has to

@@ -34,6 +34,19 @@ pub fn strangers(problem: &Problem, fit: &Fit) -> Option<Scope> {
     settled.min_by_key(|some| some.len()).map(|some| Scope::of(problem, some))
 }
 
+/// What the recordings of all other configurations tell, and this one's mass as stated: a mass that imitates what acts in its configuration alone hides it.
+#[must_use]
+pub fn told_by_others(problem: &Problem, fit: &Fit, configuration: usize) -> Option<Fit> {
+    let all: Vec<usize> = (0..problem.recordings.len()).collect();
+    let is_other = |number: &usize| problem.recordings[*number].configuration != configuration;
+    let others: Vec<usize> = all.iter().copied().filter(is_other).collect();
+    if others.is_empty() {
+        return None;
+    }
+    let told = Fit::run(problem, fit.layout.clone(), fit.layout.as_stated(&fit.point), &others, Effort::FULL)?;
+    Fit::touching(problem, told.layout, told.point, &all)
+}
+
 /// The recordings that stand out beside what the others tell, and the others beside these, until both agree.
 fn settled(problem: &Problem, fit: &Fit, begun: Subset) -> Option<Subset> {
     let all: Vec<usize> = (0..problem.recordings.len()).collect();

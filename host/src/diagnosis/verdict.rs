@@ -35,10 +35,12 @@ pub const AS_GOOD: f64 = 4.0;
 
 /// A shape this far beyond what is likely is far: in natural logarithms, or in widths of what is likely.
 const FAR: f64 = 0.9;
-/// And surely so where it is this many of its own deviations.
-const SURELY: f64 = 6.0;
-/// A size is known no better than what it makes a frequency with, which is only likely: so many are enough there.
-const SURELY_SIZED: f64 = 3.0;
+/// And from here on where it is surely beyond: of some 120 right names of three simulators none was, of fifty wrong ones ten were.
+const SURELY_FAR: f64 = 0.3;
+/// Surely, by this many of its own deviations.
+const SURELY: f64 = 3.0;
+/// A strength may be as little as can be seen, but this far above what is likely, in natural logarithms, it is something else's.
+const TOO_STRONG: f64 = 1.0;
 
 /// What is re-estimated by so many of its stated deviations is not what was stated. Of some hundred right names the farthest went
 /// 5.7 of them; of 68 models of what the list does not have five went 6 to 18.
@@ -99,12 +101,12 @@ pub struct Unlikely {
 }
 
 /// The shape of the mechanism in this place that is surely far from anything likely. Such a mechanism is a name for something else: a
-/// relaxation within a tenth of a millisecond is no rubber's, a gap of 3 µm none. (A strength that is no thing's size may be anything.)
+/// relaxation within a tenth of a millisecond is no rubber's, a gap of 3 µm none. (A strength that is no thing's size may be as little as it likes.)
 #[must_use]
 pub fn unlikely(selection: &Selection, place: usize) -> Option<Unlikely> {
     let deviations = selection.deviations.as_ref()?;
     shapes(&selection.best.fit, place)
-        .filter(|shape| shape.beyond > FAR && shape.beyond > shape.surely * deviations[shape.global] / shape.width)
+        .filter(|shape| shape.is_surely_far() && shape.beyond > SURELY * deviations[shape.global] / shape.width)
         .max_by(|a, b| a.beyond.total_cmp(&b.beyond))
         .map(|shape| Unlikely {
             name: shape.parameter.name,
@@ -117,14 +119,20 @@ pub fn unlikely(selection: &Selection, place: usize) -> Option<Unlikely> {
 /// Whether no shape of a fit's mechanisms is far from anything likely.
 #[must_use]
 pub fn is_likely(fit: &Fit) -> bool {
-    all_shapes(fit).all(|shape| shape.beyond <= FAR)
+    all_shapes(fit).all(|shape| shape.beyond <= FAR.max(shape.far))
+}
+
+/// The same where its shapes are known: whether none is far then.
+#[must_use]
+pub fn is_quite_likely(fit: &Fit) -> bool {
+    !all_shapes(fit).any(|shape| shape.is_surely_far())
 }
 
 /// Where a fit is, but for shapes that are far from anything likely: these are at the end of what is.
 #[must_use]
 pub fn made_likely(fit: &Fit) -> Point {
     let mut point = fit.point.clone();
-    for Shape { parameter, global, .. } in all_shapes(fit).filter(|shape| shape.beyond > FAR) {
+    for Shape { parameter, global, .. } in all_shapes(fit).filter(Shape::is_surely_far) {
         let (low, high) = parameter.plausible;
         let here = &mut point.globals[global];
         *here = here.clamp(coordinate_of(parameter, low), coordinate_of(parameter, high));
@@ -141,8 +149,14 @@ struct Shape {
     width: f64,
     /// How far it is beyond what is likely.
     beyond: f64,
-    /// From how many of its own deviations on it surely is.
-    surely: f64,
+    /// From where on that is far, if it is surely so.
+    far: f64,
+}
+
+impl Shape {
+    fn is_surely_far(&self) -> bool {
+        self.beyond > self.far
+    }
 }
 
 /// The shapes of all mechanisms of a fit.
@@ -159,16 +173,19 @@ fn shapes(fit: &Fit, place: usize) -> impl Iterator<Item = Shape> {
         let (low, high) = parameter.plausible;
         let (from, to) = (coordinate_of(parameter, low), coordinate_of(parameter, high));
         let width = if parameter.scale == Scale::Logarithmic { 1.0 } else { to - from };
-        // What may be nothing at all, as a loss may, cannot be too little.
         let is_sized = sized.contains(&parameter.name);
-        let (beyond, surely) = if is_sized {
-            (from - here, SURELY_SIZED)
-        } else {
-            let too_little = if parameter.range.0 == 0.0 { f64::NEG_INFINITY } else { from - here };
-            (too_little.max(here - to), SURELY)
+        let (beyond, far) = match parameter.null {
+            // A size is known no better than what it makes a frequency with, which is only likely.
+            _ if is_sized => ((from - here).max(here - to), FAR),
+            None => {
+                // What may be nothing at all, as a loss may, cannot be too little.
+                let too_little = if parameter.range.0 == 0.0 { f64::NEG_INFINITY } else { from - here };
+                (too_little.max(here - to), SURELY_FAR)
+            }
+            Some(0.0) if parameter.scale == Scale::Logarithmic => (here - to, TOO_STRONG),
+            Some(_) => return None,
         };
-        let is_shape = is_sized || parameter.null.is_none();
-        is_shape.then_some(Shape { parameter, global, width, beyond: beyond / width, surely })
+        Some(Shape { parameter, global, width, beyond: beyond / width, far })
     })
 }
 
