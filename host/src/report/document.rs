@@ -15,6 +15,7 @@ figure { margin: 1.2rem 0 } figure svg { width: 100%; height: auto } figcaption 
 .verdict.inconclusive { border-style: dashed } .verdict.fail { border-width: 7px } .verdict.none { border-color: #999; border-width: 1px }
 .legend { display: flex; flex-wrap: wrap; gap: .2rem 1.4rem; font-size: .9rem; margin: .3rem 0 } .legend span { white-space: nowrap }
 .legend svg { vertical-align: middle; margin-right: .4rem; width: 44px; height: 14px }
+@media (max-width: 50rem) { table { display: block; overflow-x: auto } }
 @media print { body { margin: 0; max-width: none } figure { break-inside: avoid } }
 ";
 

@@ -21,6 +21,7 @@ const OWN_STYLE: &str = "
 .bars { min-width: 7rem } .bar { background: #333; height: .75rem; margin-top: .3rem; min-width: 1px } .rejected .bar { background: #aaa }
 .ranking td { font-size: .86rem } .taken td { font-weight: bold; border-bottom: 1px solid #111 } .taken td:last-child { font-weight: normal }
 pre { font-size: .78rem; white-space: pre-wrap; border: 1px solid #ccc; padding: .6rem } summary { cursor: pointer }
+@media (max-width: 66rem) { .number { white-space: normal } }
 @media (max-width: 50rem) { .multiples { grid-template-columns: 1fr } }
 ";
 
