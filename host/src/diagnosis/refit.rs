@@ -11,10 +11,10 @@
 //! promise little are tried at likely strengths. What was promised all the same may leave a rest: then every mechanism is begun [anew], whatever
 //! its score, and [together] with what it is confused with.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use rayon::prelude::*;
-use thud_sim::mechanism::{Effect, Mechanism, Scale, Search};
+use thud_sim::mechanism::{Effect, Mechanism, Parameter, Scale, Search};
 
 use super::candidate::Reach;
 use super::fit::{Effort, Fit, Part};
@@ -453,10 +453,8 @@ fn unpromised(problem: &Problem, base: &Fit, scores: &[Screened], begun: &[Start
     let mut fits: Vec<Fit> = silent
         .par_iter()
         .filter_map(|mechanism| {
-            let (low, high) = mechanism.parameters[0].plausible;
-            let strengths =
-                (0..SILENT_STRENGTHS).map(|n| low * (high / low).powf(f64::from(n) / f64::from(SILENT_STRENGTHS - 2)));
-            let fits = strengths.filter_map(|strength| {
+            let strengths = likely_strengths(mechanism, SILENT_STRENGTHS - 2);
+            let fits = strengths.into_iter().filter_map(|strength| {
                 let mut effect = mechanism.typical();
                 effect.set_value(0, strength).ok()?;
                 let layout = base.layout.with(problem, Entrant { scope, ..Entrant::everywhere(effect) });
@@ -471,6 +469,17 @@ fn unpromised(problem: &Problem, base: &Fit, scores: &[Screened], begun: &[Start
     fits
 }
 
+/// So many strengths of a mechanism at equal ratios, which reach the strongest likely one after `steps`; of a ratio, which may have either sign, the ends of what is likely.
+fn likely_strengths(mechanism: &Mechanism, steps: u32) -> Vec<f64> {
+    let Parameter { plausible: (low, high), scale, .. } = mechanism.parameters[0];
+    match scale {
+        Scale::Linear => vec![low, high],
+        Scale::Logarithmic => {
+            (0..SILENT_STRENGTHS).map(|n| low * (high / low).powf(f64::from(n) / f64::from(steps))).collect()
+        }
+    }
+}
+
 /// Mechanisms at every start of their grids and at likely strengths, each simulated once in the recordings where it acts; the best few of each are followed. Far from
 /// where a fit will be a tangent tells neither a strength nor a place on the way. Best first; above the cost `wanted` nothing matters.
 #[must_use]
@@ -481,10 +490,7 @@ pub fn at_likely_strengths(
     part: Part<'_>,
     wanted: f64,
 ) -> Vec<Trial> {
-    let begun = |score: &Screened, number: u32| -> Option<Fit> {
-        let mechanism = score.entrant.effect.mechanism();
-        let (low, high) = mechanism.parameters[0].plausible;
-        let strength = low * (high / low).powf(f64::from(number) / f64::from(SILENT_STRENGTHS - 1));
+    let begun = |score: &Screened, strength: f64| -> Option<Fit> {
         let mut entrant = score.entrant.clone();
         entrant.effect.set_value(0, strength).ok()?;
         let acts = |number: &&usize| entrant.scope.includes(**number, problem.recordings[**number].configuration);
@@ -500,18 +506,17 @@ pub fn at_likely_strengths(
         .par_iter()
         .take(paid)
         .filter(has_strength)
-        .flat_map_iter(|score| (0..SILENT_STRENGTHS).filter_map(|number| begun(score, number)).collect::<Vec<_>>())
+        .flat_map_iter(|score| {
+            let strengths = likely_strengths(score.entrant.effect.mechanism(), SILENT_STRENGTHS - 1);
+            strengths.into_iter().filter_map(|strength| begun(score, strength)).collect::<Vec<_>>()
+        })
         .collect();
     fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    let mut of_each: Vec<(&'static str, usize)> = Vec::new();
+    let mut of_each: HashMap<&str, usize> = HashMap::new();
     fits.retain(|fit| {
-        let id = added(fit).effect.mechanism().id;
-        let known = of_each.iter().position(|(other, _)| *other == id).unwrap_or_else(|| {
-            of_each.push((id, 0));
-            of_each.len() - 1
-        });
-        of_each[known].1 += 1;
-        of_each[known].1 <= Breadth::MORE.starts
+        let taken = of_each.entry(added(fit).effect.mechanism().id).or_default();
+        *taken += 1;
+        *taken <= Breadth::MORE.starts
     });
     let starts = fits.into_par_iter().filter_map(|fit| {
         let fit = Fit::touching(problem, fit.layout, fit.point, part)?;

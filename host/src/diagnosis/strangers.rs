@@ -25,11 +25,10 @@ pub fn strangers(problem: &Problem, fit: &Fit) -> Option<Scope> {
     let excess = |number: usize| fit.recording_cost(number) - fit.residuals[number].len() as f64;
     loudest.sort_by(|a, b| excess(*b).total_cmp(&excess(*a)));
     let loudest: Subset = loudest.into_iter().take(count / 2).collect();
-    let of_configuration = |configuration: usize| -> Subset {
-        let recordings = problem.recordings.iter().enumerate();
-        recordings.filter(|(_, recording)| recording.configuration == configuration).map(|(number, _)| number).collect()
-    };
-    let begun = (0..problem.configurations.len()).map(of_configuration).chain([loudest]).filter(is_few);
+    let begun = (0..problem.configurations.len())
+        .map(|number| of_configuration(problem, number))
+        .chain([loudest])
+        .filter(is_few);
     let settled = begun.filter_map(|begun| settled(problem, fit, begun)).filter(is_few);
     settled.min_by_key(|some| some.len()).map(|some| Scope::of(problem, some))
 }
@@ -37,14 +36,24 @@ pub fn strangers(problem: &Problem, fit: &Fit) -> Option<Scope> {
 /// What the recordings of all other configurations tell, and this one's mass as stated: a mass that imitates what acts in its configuration alone hides it.
 #[must_use]
 pub fn told_by_others(problem: &Problem, fit: &Fit, configuration: usize) -> Option<Fit> {
+    let told = told_without(problem, fit, &of_configuration(problem, configuration))?;
     let all: Vec<usize> = (0..problem.recordings.len()).collect();
-    let is_other = |number: &usize| problem.recordings[*number].configuration != configuration;
-    let others: Vec<usize> = all.iter().copied().filter(is_other).collect();
+    Fit::touching(problem, told.layout, told.point, &all)
+}
+
+/// The recordings of one configuration.
+fn of_configuration(problem: &Problem, configuration: usize) -> Subset {
+    let recordings = problem.recordings.iter().enumerate();
+    recordings.filter(|(_, recording)| recording.configuration == configuration).map(|(number, _)| number).collect()
+}
+
+/// A fit's model by all but some recordings, from what was stated; `None`: there are no others.
+fn told_without(problem: &Problem, fit: &Fit, some: &Subset) -> Option<Fit> {
+    let others: Vec<usize> = (0..problem.recordings.len()).filter(|number| !some.includes(*number)).collect();
     if others.is_empty() {
         return None;
     }
-    let told = Fit::run(problem, fit.layout.clone(), fit.layout.as_stated(&fit.point), &others, Effort::FULL)?;
-    Fit::touching(problem, told.layout, told.point, &all)
+    Fit::run(problem, fit.layout.clone(), fit.layout.as_stated(&fit.point), &others, Effort::FULL)
 }
 
 /// The recordings that stand out beside what the others tell, and the others beside these, until both agree.
@@ -52,11 +61,7 @@ fn settled(problem: &Problem, fit: &Fit, begun: Subset) -> Option<Subset> {
     let all: Vec<usize> = (0..problem.recordings.len()).collect();
     let mut some = begun;
     for _ in 0..SETTLING {
-        let others: Vec<usize> = all.iter().copied().filter(|number| !some.includes(*number)).collect();
-        if others.is_empty() {
-            return None;
-        }
-        let told = Fit::run(problem, fit.layout.clone(), fit.layout.as_stated(&fit.point), &others, Effort::FULL)?;
+        let told = told_without(problem, fit, &some)?;
         let shown = Fit::run(problem, told.layout, told.point, &all, Effort::LOCAL)?;
         let speaking = speaking(problem, &shown);
         let stands_out = |number: &usize| speaking.contains(number) || is_strained(problem, &shown, *number);
