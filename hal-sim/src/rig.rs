@@ -37,7 +37,7 @@ pub use assembly::{
     Assembly, Ceiling, Deformation, Drive, Element, ForceLaw, Frame, Guide, Joint, Motion, Neck, NeckCourse, Piece,
     Response, Stage, Sway, Trigger,
 };
-pub use impact::{Contact, Impact, Quantity, Truth};
+pub use impact::{Contact, Impact, Kink, Quantity, Truth};
 pub use integrate::{Accuracy, Effort};
 pub use springs::{PAD_A10, PAD_A30, PAD_A70, Pad, SPRINGS_N_PER_M, SpringSet, pad_of, spring_set_of};
 

@@ -432,6 +432,35 @@ fn a_dashpot_begins_with_a_step() {
     assert_eq!(impact.contact_intervals().len(), 1);
 }
 
+/// A dashpot's force is there at once, c·v, and with it what it brakes: F″ = k·v − c·(c·v)/m. Springs alone begin with their slope. Either ends with one.
+#[test]
+fn a_curve_jumps_and_bends_where_its_equations_change() {
+    let (stiffness, damping, mass, speed) = (50e3, 40.0, 8.0, 0.4);
+    let rig = Rig::impact(stiffness);
+    for (effects, jump, slope) in [
+        (vec![], 0.0, stiffness * speed),
+        (
+            vec!["viscous-damping:damping_Ns_per_m=40"],
+            damping * speed,
+            stiffness * speed - damping * damping * speed / mass,
+        ),
+    ] {
+        let impact = strike(&rig, speed, mass, &effects, 0.2);
+        let kinks = impact.kinks(Quantity::CellForce, 1e-6);
+        let [begin, end] = kinks[..] else { panic!("{kinks:?}") };
+        assert_near("begins", begin.at_s, 0.0, 0.0);
+        assert_near("jumps", begin.jump, jump, 1e-4);
+        assert_near("bends", begin.slope, slope, 1e-3 * slope);
+        assert_near("ends", end.at_s, impact.contact_intervals()[0].1.unwrap(), 0.0);
+        assert_near("leaves", end.jump, 0.0, 1e-4);
+        assert!(end.slope > 0.5 * slope, "{kinks:?}");
+    }
+    // Coulomb's friction turns round with the piece.
+    let impact = strike(&rig, speed, mass, &["guide-friction:force_N=5,cell_share=1"], 0.2);
+    let kinks = impact.kinks(Quantity::CellForce, 1e-6);
+    assert!(kinks.iter().any(|kink| (kink.jump + 10.0).abs() < 0.01), "{kinks:?}");
+}
+
 /// τ → 0 relaxes at once to k, τ → ∞ never: k(1 + κ).
 #[test]
 fn a_relaxing_pad_lies_between_its_two_stiffnesses() {

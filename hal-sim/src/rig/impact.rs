@@ -71,6 +71,17 @@ pub enum Quantity {
     Friction,
 }
 
+/// Where a quantity jumps or bends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kink {
+    /// When, s.
+    pub at_s: f64,
+    /// By how much it jumps, in its unit.
+    pub jump: f64,
+    /// By how much its slope jumps, in its unit per second.
+    pub slope: f64,
+}
+
 /// One touch of robot and rig, from contact to separation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
@@ -289,6 +300,34 @@ impl Impact {
     #[must_use]
     pub fn contact_intervals(&self) -> &[(f64, Option<f64>)] {
         &self.motion.intervals
+    }
+
+    /// Where a quantity jumps or bends, in order: at first contact, wherever the equations change their form, and where a neck tears. Extrapolated from
+    /// `reach_s` (s) on each side, or less where the stretch is shorter.
+    #[must_use]
+    pub fn kinks(&self, quantity: Quantity, reach_s: f64) -> Vec<Kink> {
+        let Motion { trajectory, pulls, system, until_s, .. } = &*self.motion;
+        let changes = trajectory.stretches().windows(2).filter(|two| two[0].mode != two[1].mode);
+        let tears = pulls.iter().map(|pull| pull.from_s + system.assembly.touched().neck.length_m / pull.speed_m_per_s);
+        let mut at_s: Vec<f64> = [0.0].into_iter().chain(changes.map(|two| two[1].start_s)).chain(tears).collect();
+        at_s.retain(|at_s| at_s < until_s);
+        at_s.sort_by(f64::total_cmp);
+        at_s.dedup_by(|later_s, sooner_s| *later_s - *sooner_s < CLOSEST_S);
+        let bounds = |place: usize| {
+            let before_s = place.checked_sub(1).map_or(f64::NEG_INFINITY, |before| at_s[before]);
+            (before_s, at_s.get(place + 1).map_or(*until_s, |after_s| *after_s))
+        };
+        let side = |at_s: f64, reach_s: f64| {
+            let (near, far) = (self.value(quantity, at_s + reach_s), self.value(quantity, at_s + 2.0 * reach_s));
+            (2.0 * near - far, (far - near) / reach_s)
+        };
+        let kink = |(place, &at_s): (usize, &f64)| {
+            let (from_s, until_s) = bounds(place);
+            let before = side(at_s, -reach_s.min(0.25 * (at_s - from_s)));
+            let after = side(at_s, reach_s.min(0.25 * (until_s - at_s)));
+            Kink { at_s, jump: after.0 - before.0, slope: after.1 - before.1 }
+        };
+        at_s.iter().enumerate().map(kink).collect()
     }
 
     /// Force at the cell, N. Zero before first contact; after the end, its last value.
@@ -514,6 +553,9 @@ impl Impact {
         }
     }
 }
+
+/// What happens within this, s, happens at once: a thousandth of the fastest sampling's step.
+const CLOSEST_S: f64 = 1e-9;
 
 /// Springs that are pressed by less than this, m, are back: a hundredth of what a gauge tells.
 const SMALLEST_M: f64 = 1e-8;

@@ -1,10 +1,12 @@
 //! What the simulation says a recording should show, for given coordinates.
 
 use std::borrow::Cow;
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 use std::ops::Range;
 
+use statrs::function::erf::erfc;
 use thud_sim::mechanism::Effect;
-use thud_sim::rig::{Accuracy, Approach, Impact, Quantity, Rig, RigError};
+use thud_sim::rig::{Accuracy, Approach, Impact, Kink, Quantity, Rig, RigError};
 
 use super::layout::{Coordinate, Layout, Point, Role};
 use super::problem::{ChannelModel, Prepared, Problem};
@@ -12,6 +14,11 @@ use crate::model;
 
 /// As exact as the thinnest noise needs: a finite difference of 10⁻³ sees errors of 10⁻⁴ of the effect.
 pub const ACCURACY: Accuracy = Accuracy { relative: 1e-7, force_n: 1e-5 };
+
+/// From where, in deviations of the converter's filter, a jump and a bend are extrapolated.
+const KINK_REACH: f64 = 0.05;
+/// Beyond so many deviations a Gaussian leaves nothing: 10⁻⁹ of a jump.
+const FARTHEST_SD: f64 = 6.0;
 
 /// Simulates one recording.
 ///
@@ -148,7 +155,7 @@ pub fn unlogged(
         lifted(series, channel, impact, &read_s);
         bent(series, channel.quantity, impact, &read_s, &bends, prepared);
         let zero = layout.local(point, recording, Role::Offset(number)).unwrap_or(0.0);
-        averaged(series, &bends, converter_s2(layout, point, prepared));
+        converted(series, &read_s, &bends, converter_s2(layout, point, prepared), channel.quantity, impact);
         felt(channel, impact, prepared.begins_s() - contact_s - later_s, &read_s, zero, series);
         averaged(series, &bends, prepared.mean_of_s2());
         channels.push((zero, later_s));
@@ -194,7 +201,8 @@ pub fn raw(problem: &Problem, layout: &Layout, point: &Point, recording: usize) 
     let mut values = impact.sample(channel.quantity, &shown_s);
     lifted(&mut values, channel, &impact, &shown_s);
     let zero = layout.local(point, recording, Role::Offset(0)).unwrap_or(0.0);
-    averaged(&mut values, &bends(&shown_s), converter_s2(layout, point, prepared));
+    let converter_s2 = converter_s2(layout, point, prepared);
+    converted(&mut values, &shown_s, &bends(&shown_s), converter_s2, channel.quantity, &impact);
     felt(channel, &impact, shown_s[0], &shown_s, zero, &mut values);
     logged(channel, &impact, &shown_s, &mut values);
     values.truncate(since_s.len());
@@ -322,6 +330,51 @@ fn averaged(series: &mut [f64], bends: &[[f64; 2]], mean_of_s2: f64) {
     }
 }
 
+/// What the filter before a converter makes of a series. A second difference would round a jump alike wherever between two samples it is, and a bend by a
+/// length of theirs, so these go through a Gaussian of the filter's variance, and the second difference tells only of the rest.
+fn converted(
+    series: &mut [f64],
+    times_s: &[f64],
+    bends: &[[f64; 2]],
+    mean_of_s2: f64,
+    quantity: Quantity,
+    impact: &Impact,
+) {
+    if mean_of_s2 == 0.0 || bends.is_empty() {
+        return;
+    }
+    averaged(series, bends, mean_of_s2);
+    let sd_s = (2.0 * mean_of_s2).sqrt();
+    for kink in impact.kinks(quantity, KINK_REACH * sd_s) {
+        let next = times_s.partition_point(|time_s| *time_s < kink.at_s);
+        for here in next.saturating_sub(1).max(1)..(next + 1).min(series.len().saturating_sub(1)) {
+            let around = [here - 1, here, here + 1].map(|place| sharp(&kink, times_s[place]));
+            series[here] += around[1] - meant(around, bends[here - 1], mean_of_s2);
+        }
+        let from = times_s[..next].partition_point(|time_s| *time_s < kink.at_s - FARTHEST_SD * sd_s);
+        for (value, time_s) in series[from..].iter_mut().zip(&times_s[from..]) {
+            if *time_s > kink.at_s + FARTHEST_SD * sd_s {
+                break;
+            }
+            *value += rounding(&kink, *time_s, sd_s);
+        }
+    }
+}
+
+/// What a jump and a bend have added to a curve by an instant.
+fn sharp(kink: &Kink, time_s: f64) -> f64 {
+    if time_s < kink.at_s { 0.0 } else { kink.jump + kink.slope * (time_s - kink.at_s) }
+}
+
+/// What a Gaussian of this deviation, s, makes of that more than it is: the integrals of its tail, once for a jump and twice for a bend.
+fn rounding(kink: &Kink, time_s: f64, sd_s: f64) -> f64 {
+    let away = (time_s - kink.at_s) / sd_s;
+    let tail = 0.5 * erfc(away.abs() * FRAC_1_SQRT_2);
+    let density = (-0.5 * away * away).exp() / TAU.sqrt();
+    let step = if away < 0.0 { tail } else { -tail };
+    kink.jump * step + kink.slope * sd_s * (density - away.abs() * tail)
+}
+
 /// Where a series changes, from the last value that is as the first one to the first that is as the last one.
 fn changing(series: &[f64]) -> Range<usize> {
     let [first, .., last] = series else { return 0..series.len() };
@@ -354,6 +407,30 @@ mod tests {
                 let around = [series[place - 1], series[place], series[place + 1]];
                 let expected = meant(around, bends[place - 1], 3e-8);
                 assert!((short[place] - expected).abs() < 1e-12, "{from} to {until}, {place}");
+            }
+        }
+    }
+
+    /// Against the integral of the curve under a Gaussian, wherever between two samples contact is.
+    #[test]
+    fn a_jump_and_a_bend_go_through_the_filter_where_they_are() {
+        let (sample_s, sd_s) = (5e-4, 0.35 * 5e-4);
+        let dashpot = "viscous-damping:damping_Ns_per_m=12".parse().unwrap();
+        let rub = "guide-friction:force_N=3,cell_share=1".parse().unwrap();
+        let impact = Rig::impact(50e3).strike(&Approach::new(0.4, 8.0), &[dashpot, rub], 0.1, ACCURACY).unwrap();
+        let filtered = |time_s: f64| {
+            let weight = |place: i32| (-0.5 * (f64::from(place) / 100.0).powi(2)).exp();
+            let part = |place: i32| weight(place) * impact.force_n(time_s + sd_s * f64::from(place) / 100.0);
+            (-600..=600).map(part).sum::<f64>() / (-600..=600).map(weight).sum::<f64>()
+        };
+        for part in 0..10 {
+            let times_s: Vec<f64> =
+                (-5..150).map(|place| (f64::from(place) + 0.1 * f64::from(part)) * sample_s).collect();
+            let mut series = impact.sample(Quantity::CellForce, &times_s);
+            converted(&mut series, &times_s, &bends(&times_s), 0.5 * sd_s * sd_s, Quantity::CellForce, &impact);
+            for (value, time_s) in series.iter().zip(&times_s).skip(1) {
+                let expected = filtered(*time_s);
+                assert!((value - expected).abs() < 0.03, "{part}, {time_s} s: {value} N, not {expected} N");
             }
         }
     }
