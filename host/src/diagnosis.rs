@@ -31,6 +31,7 @@ pub mod refit;
 mod repeats;
 mod rest;
 pub mod retuned;
+pub mod sampling;
 pub mod screen;
 pub mod select;
 mod series;

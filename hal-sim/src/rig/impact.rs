@@ -417,6 +417,12 @@ impl Impact {
         !self.chain.is_empty()
     }
 
+    /// Whether mechanisms of the measuring chain remember what they were given.
+    #[must_use]
+    pub fn is_late(&self) -> bool {
+        self.chain.iter().any(|stage| stage.delay_s() > 0.0)
+    }
+
     /// Sends a signal (N), sampled at rising instants (s), through the measuring chain's mechanisms. What reads the chain's zero (N) as well
     /// is told it; it is not in the signal, before or after.
     pub fn apply_chain(&self, times_s: &[f64], zero_n: f64, signal_n: &mut [f64]) {

@@ -12,8 +12,8 @@ use thud_sim::mechanism::Search;
 
 use super::fit::{Effort, Fit, Tangent};
 use super::layout::{Layout, Point, Role};
-use super::predict::bends;
 use super::problem::{Prepared, Problem, Samples};
+use super::sampling::bends;
 use super::select::{Selection, Trial};
 use super::verdict::{IMPOSSIBLE, Verdict, twins};
 use super::words::listed;

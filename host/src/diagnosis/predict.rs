@@ -1,24 +1,17 @@
 //! What the simulation says a recording should show, for given coordinates.
 
 use std::borrow::Cow;
-use std::f64::consts::{FRAC_1_SQRT_2, TAU};
-use std::ops::Range;
 
-use statrs::function::erf::erfc;
 use thud_sim::mechanism::Effect;
-use thud_sim::rig::{Accuracy, Approach, Impact, Kink, Quantity, Rig, RigError};
+use thud_sim::rig::{Accuracy, Approach, Impact, Rig, RigError};
 
 use super::layout::{Coordinate, Layout, Point, Role};
 use super::problem::{ChannelModel, Prepared, Problem};
+use super::sampling::{Averages, Grid, bends};
 use crate::model;
 
 /// As exact as the thinnest noise needs: a finite difference of 10⁻³ sees errors of 10⁻⁴ of the effect.
 pub const ACCURACY: Accuracy = Accuracy { relative: 1e-7, force_n: 1e-5 };
-
-/// From where, in deviations of the converter's filter, a jump and a bend are extrapolated.
-const KINK_REACH: f64 = 0.05;
-/// Beyond so many deviations a Gaussian leaves nothing: 10⁻⁹ of a jump.
-const FARTHEST_SD: f64 = 6.0;
 
 /// Simulates one recording.
 ///
@@ -143,21 +136,19 @@ pub fn unlogged(
     };
     let bends = more.as_ref().map_or_else(|| Cow::Borrowed(&prepared.bends[..]), |more| Cow::Owned(bends(more)));
     let shown_s = more.unwrap_or(since_s);
+    let averages = Averages::of(prepared, converter_s2(layout, point, prepared));
     let mut values = Vec::with_capacity(problem.channels.len() * shown_s.len());
     let mut channels = Vec::with_capacity(problem.channels.len());
     for (number, channel) in problem.channels.iter().enumerate() {
         let later_s = later_s(layout, point, prepared, number);
         let read_s = read_s(&shown_s, later_s);
-        let from = values.len();
-        values.resize(from + read_s.len(), 0.0);
-        let series = &mut values[from..];
-        impact.sample_into(channel.quantity, &read_s, series);
-        lifted(series, channel, impact, &read_s);
-        bent(series, channel.quantity, impact, &read_s, &bends, prepared);
+        let grid = Grid::new(&read_s, &bends, impact, channel.quantity, averages);
         let zero = layout.local(point, recording, Role::Offset(number)).unwrap_or(0.0);
-        converted(series, &read_s, &bends, converter_s2(layout, point, prepared), channel.quantity, impact);
-        felt(channel, impact, prepared.begins_s() - contact_s - later_s, &read_s, zero, series);
-        averaged(series, &bends, prepared.mean_of_s2());
+        let mut series = impact.sample(channel.quantity, grid.times_s());
+        lifted(&mut series, channel, impact, grid.times_s());
+        grid.convert(&mut series);
+        felt(channel, impact, prepared.begins_s() - contact_s - later_s, grid.times_s(), zero, &mut series);
+        values.extend(grid.mean(series));
         channels.push((zero, later_s));
     }
     Unlogged { values, shown_s, rows, channels }
@@ -198,12 +189,15 @@ pub fn raw(problem: &Problem, layout: &Layout, point: &Point, recording: usize) 
     let impact = strike_until(problem, layout, point, recording, since_s[since_s.len() - 1]).ok()?;
     let channel = &problem.channels[0];
     let shown_s = impact.shown_s(&since_s);
-    let mut values = impact.sample(channel.quantity, &shown_s);
-    lifted(&mut values, channel, &impact, &shown_s);
+    let averages = Averages { samples: 1, ..Averages::of(prepared, converter_s2(layout, point, prepared)) };
+    let bends = bends(&shown_s);
+    let grid = Grid::new(&shown_s, &bends, &impact, channel.quantity, averages);
+    let mut series = impact.sample(channel.quantity, grid.times_s());
+    lifted(&mut series, channel, &impact, grid.times_s());
     let zero = layout.local(point, recording, Role::Offset(0)).unwrap_or(0.0);
-    let converter_s2 = converter_s2(layout, point, prepared);
-    converted(&mut values, &shown_s, &bends(&shown_s), converter_s2, channel.quantity, &impact);
-    felt(channel, &impact, shown_s[0], &shown_s, zero, &mut values);
+    grid.convert(&mut series);
+    felt(channel, &impact, shown_s[0], grid.times_s(), zero, &mut series);
+    let mut values = grid.mean(series);
     logged(channel, &impact, &shown_s, &mut values);
     values.truncate(since_s.len());
     values.iter_mut().for_each(|value| *value += zero);
@@ -220,47 +214,6 @@ fn lifted(series: &mut [f64], channel: &ChannelModel, impact: &Impact, since_s: 
             // Before it would have been let go it comes at the speed of the contact, too: −g times that instant.
             *value -= channel.lift_m_per_s2 * (0.5 * falling_s * falling_s + released_s * (since_s - falling_s));
         });
-    }
-}
-
-/// Where robot and rig touch or part, or what falls is let go, a curve is bent in one place: of the blocks there the second difference says
-/// too little or too much of the mean. What is missing is added.
-fn bent(
-    series: &mut [f64],
-    quantity: Quantity,
-    impact: &Impact,
-    since_s: &[f64],
-    bends: &[[f64; 2]],
-    prepared: &Prepared,
-) {
-    let n = prepared.averaged;
-    if n == 1 {
-        return;
-    }
-    let ends = impact.contact_intervals().iter().flat_map(|(from, to)| [Some(*from), *to]).flatten().chain([0.0]);
-    let mut blocks: Vec<usize> = Vec::new();
-    for end_s in ends {
-        let next = since_s.partition_point(|time| *time < end_s);
-        blocks.extend(next.saturating_sub(2).max(1)..(next + 2).min(since_s.len().saturating_sub(1)));
-    }
-    blocks.sort_unstable();
-    blocks.dedup();
-    let from_middle_s = |place: usize| (place as f64 - 0.5 * (n - 1) as f64) * prepared.sample_s;
-    let means = blocks.iter().map(|block| {
-        let times_s: Vec<f64> = (0..n).map(|place| since_s[*block] + from_middle_s(place)).collect();
-        let mut samples = vec![0.0; n];
-        impact.sample_into(quantity, &times_s, &mut samples);
-        (*block, samples.iter().sum::<f64>() / n as f64)
-    });
-    let means: Vec<(usize, f64)> = means.collect();
-    // What is added bends the curve itself, a twelfth as much.
-    for _ in 0..2 {
-        let lacks = |(block, mean): &(usize, f64)| {
-            let around = [series[block - 1], series[*block], series[block + 1]];
-            (*block, mean - meant(around, bends[block - 1], prepared.mean_of_s2()))
-        };
-        let missing: Vec<(usize, f64)> = means.iter().map(lacks).collect();
-        missing.into_iter().for_each(|(block, missing)| series[block] += missing);
     }
 }
 
@@ -304,143 +257,4 @@ fn converter_s2(layout: &Layout, point: &Point, prepared: &Prepared) -> f64 {
 /// How much later than the observed channel another one is read, s.
 fn later_s(layout: &Layout, point: &Point, prepared: &Prepared, channel: usize) -> f64 {
     layout.global(point, Role::Delay(channel)).unwrap_or(0.0) * prepared.sample_s
-}
-
-/// Weights of the slopes before and after each instant in the second difference there.
-#[must_use]
-pub fn bends(times_s: &[f64]) -> Vec<[f64; 2]> {
-    let weights = |at: &[f64]| {
-        let (left, right, both) = (at[1] - at[0], at[2] - at[1], at[2] - at[0]);
-        [2.0 / (left * both), 2.0 / (right * both)]
-    };
-    times_s.windows(3).map(weights).collect()
-}
-
-/// What a mean reads where the curve is bent, over a block of samples or by a filter: its second difference says how much.
-fn averaged(series: &mut [f64], bends: &[[f64; 2]], mean_of_s2: f64) {
-    if mean_of_s2 == 0.0 {
-        return;
-    }
-    // Before it touches anything and long after, a force is bent nowhere.
-    let Range { start, end } = changing(series);
-    let past = series[start..end].to_vec();
-    let inner = series[start..end].iter_mut().skip(1).zip(past.windows(3)).zip(&bends[start.min(bends.len())..]);
-    for ((value, around), bends) in inner {
-        *value = meant([around[0], around[1], around[2]], *bends, mean_of_s2);
-    }
-}
-
-/// What the filter before a converter makes of a series. A second difference would round a jump alike wherever between two samples it is, and a bend by a
-/// length of theirs, so these go through a Gaussian of the filter's variance, and the second difference tells only of the rest.
-fn converted(
-    series: &mut [f64],
-    times_s: &[f64],
-    bends: &[[f64; 2]],
-    mean_of_s2: f64,
-    quantity: Quantity,
-    impact: &Impact,
-) {
-    if mean_of_s2 == 0.0 || bends.is_empty() {
-        return;
-    }
-    averaged(series, bends, mean_of_s2);
-    let sd_s = (2.0 * mean_of_s2).sqrt();
-    for kink in impact.kinks(quantity, KINK_REACH * sd_s) {
-        let next = times_s.partition_point(|time_s| *time_s < kink.at_s);
-        for here in next.saturating_sub(1).max(1)..(next + 1).min(series.len().saturating_sub(1)) {
-            let around = [here - 1, here, here + 1].map(|place| sharp(&kink, times_s[place]));
-            series[here] += around[1] - meant(around, bends[here - 1], mean_of_s2);
-        }
-        let from = times_s[..next].partition_point(|time_s| *time_s < kink.at_s - FARTHEST_SD * sd_s);
-        for (value, time_s) in series[from..].iter_mut().zip(&times_s[from..]) {
-            if *time_s > kink.at_s + FARTHEST_SD * sd_s {
-                break;
-            }
-            *value += rounding(&kink, *time_s, sd_s);
-        }
-    }
-}
-
-/// What a jump and a bend have added to a curve by an instant.
-fn sharp(kink: &Kink, time_s: f64) -> f64 {
-    if time_s < kink.at_s { 0.0 } else { kink.jump + kink.slope * (time_s - kink.at_s) }
-}
-
-/// What a Gaussian of this deviation, s, makes of that more than it is: the integrals of its tail, once for a jump and twice for a bend.
-fn rounding(kink: &Kink, time_s: f64, sd_s: f64) -> f64 {
-    let away = (time_s - kink.at_s) / sd_s;
-    let tail = 0.5 * erfc(away.abs() * FRAC_1_SQRT_2);
-    let density = (-0.5 * away * away).exp() / TAU.sqrt();
-    let step = if away < 0.0 { tail } else { -tail };
-    kink.jump * step + kink.slope * sd_s * (density - away.abs() * tail)
-}
-
-/// Where a series changes, from the last value that is as the first one to the first that is as the last one.
-fn changing(series: &[f64]) -> Range<usize> {
-    let [first, .., last] = series else { return 0..series.len() };
-    let start = series.iter().position(|value| value != first).unwrap_or(series.len()).saturating_sub(1);
-    let end = series.iter().rposition(|value| value != last).map_or(start, |place| (place + 2).min(series.len()));
-    // One before and one after, which the mean there reads.
-    start.saturating_sub(1)..(end + 1).min(series.len())
-}
-
-/// What a mean reads in the middle of three values.
-fn meant([before, here, after]: [f64; 3], [left, right]: [f64; 2], mean_of_s2: f64) -> f64 {
-    here + ((after - here) * right - (here - before) * left) * mean_of_s2
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// What does not change before and after is skipped, not lost.
-    #[test]
-    fn a_pulse_is_averaged_alike_wherever_it_is() {
-        let times_s: Vec<f64> = (0..40).map(|place: i32| 1e-3 * f64::from(place).powf(1.1)).collect();
-        let bends = bends(&times_s);
-        for (from, until) in [(0, 40), (1, 39), (2, 38), (10, 20), (10, 40), (0, 20), (15, 16), (0, 0)] {
-            let pulse = |place: usize| if (from..until).contains(&place) { (place as f64).sin() + 2.0 } else { 1.0 };
-            let series: Vec<f64> = (0..40).map(pulse).collect();
-            let mut short = series.clone();
-            averaged(&mut short, &bends, 3e-8);
-            for place in 1..39 {
-                let around = [series[place - 1], series[place], series[place + 1]];
-                let expected = meant(around, bends[place - 1], 3e-8);
-                assert!((short[place] - expected).abs() < 1e-12, "{from} to {until}, {place}");
-            }
-        }
-    }
-
-    /// Against the integral of the curve under a Gaussian, wherever between two samples contact is.
-    #[test]
-    fn a_jump_and_a_bend_go_through_the_filter_where_they_are() {
-        let (sample_s, sd_s) = (5e-4, 0.35 * 5e-4);
-        let dashpot = "viscous-damping:damping_Ns_per_m=12".parse().unwrap();
-        let rub = "guide-friction:force_N=3,cell_share=1".parse().unwrap();
-        let impact = Rig::impact(50e3).strike(&Approach::new(0.4, 8.0), &[dashpot, rub], 0.1, ACCURACY).unwrap();
-        let filtered = |time_s: f64| {
-            let weight = |place: i32| (-0.5 * (f64::from(place) / 100.0).powi(2)).exp();
-            let part = |place: i32| weight(place) * impact.force_n(time_s + sd_s * f64::from(place) / 100.0);
-            (-600..=600).map(part).sum::<f64>() / (-600..=600).map(weight).sum::<f64>()
-        };
-        for part in 0..10 {
-            let times_s: Vec<f64> =
-                (-5..150).map(|place| (f64::from(place) + 0.1 * f64::from(part)) * sample_s).collect();
-            let mut series = impact.sample(Quantity::CellForce, &times_s);
-            converted(&mut series, &times_s, &bends(&times_s), 0.5 * sd_s * sd_s, Quantity::CellForce, &impact);
-            for (value, time_s) in series.iter().zip(&times_s).skip(1) {
-                let expected = filtered(*time_s);
-                assert!((value - expected).abs() < 0.03, "{part}, {time_s} s: {value} N, not {expected} N");
-            }
-        }
-    }
-
-    #[test]
-    fn what_is_too_short_to_bend_is_its_own_mean() {
-        for length in 0..3 {
-            let mut series = vec![1.0; length];
-            averaged(&mut series, &[], 1e-8);
-            assert_eq!(series, vec![1.0; length]);
-        }
-    }
 }

@@ -16,7 +16,7 @@ use thud_sim::rig::Quantity;
 
 use super::convention::{Convention, convention};
 use super::noise::{Noise, scatters};
-use super::predict::bends;
+use super::sampling::bends;
 use super::spectrum::without_mains;
 use super::work::Work;
 use super::{DiagnosisError, Note};
@@ -194,12 +194,6 @@ impl Prepared {
             0.0 => 1.0,
             stated => stated,
         }
-    }
-
-    /// (n² − 1)·Δt²/24 for means over n samples: a mean is the value in the middle plus this times the curvature, s².
-    #[must_use]
-    pub fn mean_of_s2(&self) -> f64 {
-        (self.averaged.pow(2) - 1) as f64 * self.sample_s.powi(2) / 24.0
     }
 
     /// Number of values, over all series.
