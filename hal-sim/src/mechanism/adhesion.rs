@@ -6,13 +6,13 @@
 //! farther, F_a·(1 − s/ℓ), and cost F_a·ℓ/2 more. That is over in a millisecond or some, in which the robot's speed is taken as it is. A zone that
 //! bears one stress until it tears pulls with F_a nearly all the way: F_a·(1 − (s/ℓ)^q) with a high q, which costs F_a·ℓ·q/(q + 1).
 //! Bonds that stretch before they let go pull the more the farther the robot is, up to F_a at ℓ, and less beyond, F_a·(s/ℓ)·exp(1 − s/ℓ): the contact ends
-//! at P = 0, and tearing them costs e·F_a·ℓ.
+//! at P = 0, and tearing them costs e·F_a·ℓ. A front that peels over a length leaves the less to pull the farther it has gone, F_a·exp(−s/ℓ), and costs F_a·ℓ.
 //!
 //! Source: pull-off force of adhesive contact, K. L. Johnson, K. Kendall, A. D. Roberts, Proc. R. Soc. A 324 (1971) 301,
 //! whose jump into contact is left out: over millimetres of stroke it is not seen. Necks of tens of micrometres to some millimetres, five to
 //! ten times the sticky layer: probe tests of soft adhesives, C. Creton, M. Ciccotti, Rep. Prog. Phys. 79 (2016) 046601. The zone of one stress:
 //! D. S. Dugdale, J. Mech. Phys. Solids 8 (1960) 100; D. Maugis, J. Colloid Interface Sci. 150 (1992) 243. Bonds that
-//! stretch: X.-P. Xu, A. Needleman, Modelling Simul. Mater. Sci. Eng. 1 (1993) 111.
+//! stretch, and their softening alone: X.-P. Xu, A. Needleman, Modelling Simul. Mater. Sci. Eng. 1 (1993) 111.
 
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
 use crate::rig::{Assembly, Neck, NeckCourse};
@@ -27,7 +27,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
     by_recording: &[],
     used_in: &[("power", "holds", &[1.0])],
     sized: &[],
-    equation: "the contact ends at P = −F_a instead of P = 0; then P = −F_a·(1 − (s/ℓ)^q) until the robot is s = ℓ away, q = 1 where it does not hold; or it ends at P = 0, then P = −F_a·(s/ℓ)·exp(1 − s/ℓ)",
+    equation: "the contact ends at P = −F_a instead of P = 0; then P = −F_a·(1 − (s/ℓ)^q) until the robot is s = ℓ away, q = 1 where it does not hold, or P = −F_a·exp(−s/ℓ); or it ends at P = 0, then P = −F_a·(s/ℓ)·exp(1 − s/ℓ)",
     source: "pull-off force, Johnson, Kendall and Roberts (1971); 2 to 10 N for soft silicone and polyurethane; a zone of one stress, Dugdale (1960); one that rises, Xu and Needleman (1993)",
     parameters: &[
         Parameter {
@@ -54,9 +54,11 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         },
         Parameter {
             name: "holds",
-            meaning: "0: the tension falls evenly with that distance, 1: it holds for longer, 2: it rises first, and is highest there",
-            search: Search::LaterForm(&[1.0, 2.0]),
-            ..Parameter::ONE_OF_THREE
+            meaning: "0: the tension falls evenly with that distance, 1: it holds for longer, 2: it rises first, and is highest there, 3: it peels, to a third there",
+            range: (0.0, 3.0),
+            plausible: (0.0, 3.0),
+            search: Search::LaterForm(&[1.0, 2.0, 3.0]),
+            ..Parameter::EITHER
         },
         Parameter {
             name: "power",
@@ -81,7 +83,8 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
     let course = match effect.form(2) {
         0 => NeckCourse::Falling(1.0),
         1 => NeckCourse::Falling(effect.value(3)),
-        _ => NeckCourse::Rising,
+        2 => NeckCourse::Rising,
+        _ => NeckCourse::Peeling,
     };
     touched.neck = Neck { highest_n: effect.value(0), length_m: effect.value(1), course };
     touched.pull_off_n = if course == NeckCourse::Rising { 0.0 } else { effect.value(0) };
@@ -125,6 +128,19 @@ mod tests {
         near("torn", lost - contact.loss_j, 0.95 * 5.0 * 2e-4, 1e-6);
         near("half way", impact.force_n(end + 1e-4 / after.abs()), -5.0, 1e-4);
         assert_eq!(impact.force_n(end + 2.001e-4 / after.abs()), 0.0);
+    }
+
+    /// A front that peels has a third left after its length, and costs its force times that.
+    #[test]
+    fn a_pull_that_peels_falls_to_a_third_over_its_length() {
+        let rig = Rig::impact(25e3).with_pad(80e3);
+        let impact = strike(rig, 0.25, 6.0, &["adhesion:pull_off_N=5,neck_m=2e-4,holds=3"]);
+        let contact = impact.truth().contacts[0];
+        let end = contact.end_s.unwrap();
+        near("just before", impact.force_n(end - 1e-7), -5.0, 1e-3);
+        let after = impact.value(crate::rig::Quantity::Velocity, end + 1e-7);
+        near("torn", 0.5 * 6.0 * (0.25 * 0.25 - after * after) - contact.loss_j, 5.0 * 2e-4, 1e-6);
+        near("a length away", impact.force_n(end + 2e-4 / after.abs()), -5.0 * (-1.0_f64).exp(), 1e-3);
     }
 
     /// Bonds that stretch pull most a length away, and cost e times that.

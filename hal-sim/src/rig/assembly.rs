@@ -197,11 +197,13 @@ pub enum NeckCourse {
     Falling(f64),
     /// It rises to its highest at ℓ and falls beyond, F·(s/ℓ)·exp(1 − s/ℓ).
     Rising,
+    /// It falls from the first, the less the less there is of it, F·exp(−s/ℓ).
+    Peeling,
 }
 
 impl Neck {
     const NONE: Self = Self { highest_n: 0.0, length_m: 0.0, course: NeckCourse::Falling(1.0) };
-    /// So many lengths apart a rising one has come to a thousandth.
+    /// So many lengths apart one that rises or peels has come to a thousandth.
     const FARTHEST: f64 = 10.0;
     /// Of the way, until the distance is known to a millionth.
     const HALVINGS: usize = 24;
@@ -213,6 +215,7 @@ impl Neck {
         let way = way_m / self.length_m;
         let part = match self.course {
             NeckCourse::Falling(power) if way < 1.0 => 1.0 - way.powf(power),
+            NeckCourse::Peeling if way < Self::FARTHEST => (-way).exp(),
             NeckCourse::Rising if way < Self::FARTHEST => {
                 let yields = self.highest_n / (spring_n_per_m * self.length_m);
                 let rising = |lengths: f64| lengths * (1.0 - lengths).exp();
@@ -234,6 +237,7 @@ impl Neck {
         let part = match self.course {
             NeckCourse::Falling(power) => power / (power + 1.0),
             NeckCourse::Rising => std::f64::consts::E,
+            NeckCourse::Peeling => 1.0,
         };
         self.highest_n * self.length_m * part
     }
