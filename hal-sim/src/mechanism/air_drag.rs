@@ -31,7 +31,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         search: Search::Strength,
     }],
     signature: "the acceleration falls with the square of the speed; height over time straightens",
-    confused_with: &["speed-error"],
+    confused_with: &["speed-error", "gain-error"],
     separated_by: "mass at equal size; the loss grows with the square of the speed",
     enter,
 };

@@ -12,6 +12,8 @@
 //! they begin there, then by the height of the peak over what mass, speed and springs let expect. Without a pad, depth and stroke are
 //! the same.
 //!
+//! What is stated of a fall is the speed it is let go with, or the one at its end: the nearer of both to what its way has there.
+//!
 //! An acceleration is that of the moving body: the rig slows it down. Where the pulse points the other way, the axis of the
 //! accelerometer does.
 
@@ -21,8 +23,8 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 use thud_sim::rig::Quantity;
 
-use super::problem::{contact_time_s, median};
-use crate::campaign::{Loaded, Observed, RigKind};
+use super::problem::{contact_time_s, let_go, median};
+use crate::campaign::{Estimate, Loaded, Observed, RigKind};
 
 /// Of the stated speed: what moves faster than this beside contact, comes or goes.
 const MOVES: f64 = 0.5;
@@ -35,6 +37,10 @@ const SURELY_FALLS: f64 = 0.8;
 /// A contact begins half of its duration before its peak and ends as long after it; masses, springs and losses move that by less than another
 /// tenth, of which a gauge at rest would still show no half of the speed.
 const BESIDE_PEAK: f64 = 0.6;
+/// A speed at the end of a fall is stated where it is this part of what is gained on the way at most, beyond what it began with.
+const AT_END: f64 = 1.5;
+/// A way's scale may be so wrong, as gains are.
+const MISREAD: f64 = 0.03;
 /// The part of a contact's duration, and the fewest samples, over which it is seen to move.
 const SHORTLY: f64 = 0.25;
 const FEWEST: usize = 16;
@@ -146,6 +152,39 @@ fn bend(times_s: &[f64], values: &[f64]) -> Option<(f64, f64)> {
     let way = &inverse * powers.tr_mul(&values);
     let variance = (&values - &powers * &way).norm_squared() / (times_s.len() - 3) as f64;
     Some((2.0 * way[2], 2.0 * (variance * inverse[(2, 2)]).sqrt().max(f64::MIN_POSITIVE)))
+}
+
+/// With what speed each recording's body was let go, where the stated speeds are those at the end of the fall; `None` where they are not, or no way is seen.
+pub(super) fn released(loaded: &Loaded, column: &str, convention: Convention) -> Option<Vec<Estimate>> {
+    if loaded.campaign.rig.kind != RigKind::Fall || convention.quantity != Quantity::Position {
+        return None;
+    }
+    let ways = loaded.campaign.recordings.iter().zip(&loaded.recordings).map(|(entry, recording)| {
+        let (begins, ends) = speeds(recording.times_s(), recording.channel(column)?)?;
+        Some((entry.impact_speed_m_per_s, convention.sign * begins, convention.sign * ends))
+    });
+    let ways: Vec<(Estimate, f64, f64)> = ways.collect::<Option<_>>()?;
+    let part = |(stated, begins, ends): &(Estimate, f64, f64)| (stated.value - begins) / (ends - begins);
+    let is_at_end = median(ways.iter().map(part).collect()).is_some_and(|part| (0.5..AT_END).contains(&part));
+    let of_release = |(stated, begins, ends): (Estimate, f64, f64)| {
+        let (value, sd) = (stated.value - (ends - begins), stated.sd.hypot(MISREAD * (ends - begins)));
+        // From rest.
+        Estimate { value: if value.abs() < sd { 0.0 } else { value }, sd }
+    };
+    is_at_end.then(|| ways.into_iter().map(of_release).collect())
+}
+
+/// The velocities of a way where it is let go and at its end, by a cubic; `None` of too few samples.
+fn speeds(times_s: &[f64], values: &[f64]) -> Option<(f64, f64)> {
+    let release = let_go(times_s, values, false);
+    let (times_s, values) = (&times_s[release..], &values[release..]);
+    if times_s.len() < FEWEST {
+        return None;
+    }
+    let powers = DMatrix::from_fn(times_s.len(), 4, |row, power| (times_s[row] - times_s[0]).powi(power as i32));
+    let way = powers.tr_mul(&powers).try_inverse()? * powers.tr_mul(&DVector::from_column_slice(values));
+    let lasts_s = times_s[times_s.len() - 1] - times_s[0];
+    Some((way[1], way[1] + (2.0 * way[2] + 3.0 * way[3] * lasts_s) * lasts_s))
 }
 
 /// 1 or −1: whereto the pulses of the observed channel point.
@@ -286,6 +325,26 @@ mod tests {
             let loaded = loaded(false, 0.03, pulse(1e4, moves));
             let problem = Problem::new(&loaded, &mut Vec::new()).expect("a problem");
             assert_eq!(problem.zero_deviation(0, 0).is_some(), is_seen, "{moves}");
+        }
+    }
+
+    /// Let go at 0.4 m/s and met at 3.3 m/s by the ground, or from rest: whichever of both is stated.
+    #[test]
+    fn the_stated_speed_of_a_fall_is_the_nearer_of_its_ends() {
+        let fall = |stated: f64, begins: f64, sign: f64| {
+            let mut loaded = loaded(false, 0.0, |time_s| sign * (begins * time_s + 0.5 * 9.81 * time_s * time_s));
+            loaded.campaign.rig.kind = RigKind::Fall;
+            loaded.campaign.recordings[0].impact_speed_m_per_s.value = stated;
+            let convention = Convention { quantity: Quantity::Position, sign, lift_m_per_s2: 0.0 };
+            released(&loaded, "displacement_m", convention).map(|released| released[0].value)
+        };
+        let gained = 9.81 * 599.0 * 2e-4;
+        for sign in [1.0, -1.0] {
+            assert_eq!(fall(0.41, 0.4, sign), None);
+            assert_eq!(fall(0.0, 0.0, sign), None);
+            let at_end = fall(0.41 + gained, 0.4, sign).expect("at the end");
+            assert!((at_end - 0.41).abs() < 0.02, "{at_end}");
+            assert_eq!(fall(0.01 + gained, 0.0, sign), Some(0.0));
         }
     }
 

@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 use statrs::statistics::Statistics as _;
 use thud_sim::rig::Quantity;
 
-use super::convention::{Convention, convention};
+use super::convention::{Convention, convention, released};
 use super::noise::{Noise, scatters};
 use super::sampling::bends;
 use super::spectrum::without_mains;
@@ -353,6 +353,12 @@ impl Problem {
         }
         let comes: Vec<bool> =
             conventions.iter().map(|convention| comes(convention.quantity, campaign.rig.kind)).collect();
+        let released = released(loaded, &columns[0], conventions[0]);
+        if released.is_some() {
+            notes.push(Note::general(
+                "the speeds that are stated are those at the end of each fall; what it has been let go with follows from its way",
+            ));
+        }
         let mut prepared = Vec::new();
         let mut rests = Vec::new();
         let mut rebounds = 0;
@@ -381,6 +387,7 @@ impl Problem {
                 stated_noise: campaign.chain.noise_rms,
                 comes: comes.clone(),
                 sign: conventions[0].sign,
+                jumps: conventions[0].quantity == Quantity::Acceleration,
             };
             let file = entry.file.clone();
             let name = std::path::Path::new(&file).file_stem().map_or(file.clone(), |s| s.to_string_lossy().into());
@@ -410,7 +417,7 @@ impl Problem {
                 noise: Vec::new(),
                 averaged: thinned.rest.averaged,
                 sample_s: raw.interval_s,
-                speed: entry.impact_speed_m_per_s,
+                speed: released.as_ref().map_or(entry.impact_speed_m_per_s, |released| released[order]),
                 mass: entry.effective_mass_kg,
                 configuration: number,
                 order: order as u32,
@@ -647,6 +654,22 @@ fn beside_course(times_s: &[f64], values: &[f64], averaged: usize) -> (Vec<f64>,
     (beside.iter().map(|value| value * times).collect(), release)
 }
 
+/// When what falls is let go, seen by gravity alone: the first sample, where nothing shows that it stood. Then its way is bent, or what it feels jumps.
+pub(super) fn let_go(times_s: &[f64], values: &[f64], jumps: bool) -> usize {
+    let seen = DVector::from_column_slice(values);
+    let left = |release: usize| {
+        let course = |place: usize, order: i32| match times_s[place] - times_s[release] {
+            _ if order == 0 => 1.0,
+            falling_s if falling_s <= 0.0 => 0.0,
+            falling_s => falling_s.powi(if jumps { order - 1 } else { order }),
+        };
+        let courses = DMatrix::from_fn(times_s.len(), 3, |place, order| course(place, order as i32)).qr().q();
+        &seen - &courses * courses.tr_mul(&seen)
+    };
+    let (release, standing) = least(0..=values.len() / 2, left);
+    if standing.norm_squared() < STOOD * left(0).norm_squared() { release } else { 0 }
+}
+
 /// What has the least squares, of what is left where something happens in one of these places: sought ever more closely.
 fn least(places: RangeInclusive<usize>, left: impl Fn(usize) -> DVector<f64>) -> (usize, DVector<f64>) {
     let at = |place: usize| (place, left(place));
@@ -708,6 +731,8 @@ struct Raw<'a> {
     comes: Vec<bool>,
     /// −1 where the observed channel counts against the motion, as a height does; else 1.
     sign: f64,
+    /// Whether it is an acceleration: it jumps where what falls is let go.
+    jumps: bool,
 }
 
 struct Thinned {
@@ -789,7 +814,11 @@ impl Raw<'_> {
                 .iter()
                 .map(|channel| blocks.iter().map(|start| mean(&channel[*start..start + n])).collect())
                 .collect(),
-            contact_guess_s: if fall { self.times_s[release] } else { contact_guess_s },
+            contact_guess_s: match release {
+                0 if fall => self.times_s[let_go(self.times_s, self.channels[0], self.jumps)],
+                release if fall => self.times_s[release],
+                _ => contact_guess_s,
+            },
             offset_guess: if fall {
                 self.channels.iter().map(|channel| channel[0]).collect()
             } else {
@@ -1033,6 +1062,7 @@ mod tests {
             stated_noise: 0.2,
             comes: vec![false],
             sign: 1.0,
+            jumps: false,
         }
     }
 
@@ -1089,6 +1119,27 @@ mod tests {
         let (told, release) = beside_course(&times_s, &seen, 5);
         assert!((118..=122).contains(&release), "{release}");
         assert!((of(&told) / of(&noise) - 1.0).abs() < 0.06, "{} {}", of(&told), of(&noise));
+    }
+
+    /// Held for 52 ms, then let go at 0.18 m/s, or from rest: a course of eight coefficients follows that as well.
+    #[test]
+    fn what_is_let_go_late_is_seen_by_gravity() {
+        let noise = coloured(800, 4);
+        let times_s: Vec<f64> = (0..800).map(|place| place as f64 * 5e-4).collect();
+        for thrown_m_per_s in [0.18, 0.0] {
+            for let_go_s in [0.052, 0.0] {
+                let falling = times_s.iter().map(|time| (time - let_go_s).max(0.0));
+                let height =
+                    falling.zip(&noise).map(|(s, noise)| 1.0 - thrown_m_per_s * s - 4.9 * s * s + 1e-3 * noise);
+                let found_s = times_s[let_go(&times_s, &height.collect::<Vec<_>>(), false)];
+                assert!((found_s - let_go_s).abs() < 8e-3, "{thrown_m_per_s} m/s, {let_go_s} s: {found_s}");
+                let felt = times_s.iter().zip(&noise).map(|(time, noise)| {
+                    if *time < let_go_s { 0.0 } else { 9.81 - 0.3 * (time - let_go_s) + 0.1 * noise }
+                });
+                let found_s = times_s[let_go(&times_s, &felt.collect::<Vec<_>>(), true)];
+                assert!((found_s - let_go_s).abs() < 2e-3, "felt, {let_go_s} s: {found_s}");
+            }
+        }
     }
 
     /// A camera's instants stray by a third of their distance: what falls at 3 m/s is 8 mm on, which is no noise.
