@@ -83,7 +83,7 @@ impl ForceLaw for Play {
         true
     }
 
-    fn knot_m(&self) -> Option<f64> {
+    fn knot_m(&self, _share: f64) -> Option<f64> {
         Some(self.gap_m)
     }
 }

@@ -337,8 +337,8 @@ pub trait ForceLaw: Debug + Send + Sync {
         false
     }
 
-    /// A depth at which the law changes its form, m.
-    fn knot_m(&self) -> Option<f64> {
+    /// A depth at which the law changes its form, m, of an element that has this part of what pad and springs together are pressed in.
+    fn knot_m(&self, _share: f64) -> Option<f64> {
         None
     }
 

@@ -1037,11 +1037,11 @@ impl System {
         };
         if let Some(pad) = &self.assembly.pad {
             for law in &pad.laws {
-                watch(law.knot_m(), instant.depth_m(), mode.touching);
+                watch(law.knot_m(pad.share), instant.depth_m(), mode.touching);
             }
         }
         for law in &self.assembly.spring.laws {
-            watch(law.knot_m(), instant.piece_m, true);
+            watch(law.knot_m(self.assembly.spring.share), instant.piece_m, true);
         }
         for (place, drive) in self.triggered.iter().enumerate() {
             if let (Some(trigger), true) =
@@ -1129,8 +1129,9 @@ impl System {
             state[bend] = -self.spring(mode.held_m, 0.0, state, mode).force_n / most_n;
         }
         // What lay beyond a knot of the springs does so no longer, where the piece has jumped back.
-        for (law, spring_law) in self.assembly.spring.laws.iter().enumerate() {
-            if spring_law.knot_m().is_some_and(|knot_m| mode.held_m < knot_m) {
+        let spring = &self.assembly.spring;
+        for (law, spring_law) in spring.laws.iter().enumerate() {
+            if spring_law.knot_m(spring.share).is_some_and(|knot_m| mode.held_m < knot_m) {
                 mode.beyond &= !(1 << (self.contact_laws + law));
             }
         }

@@ -90,7 +90,7 @@ pub(super) const ENORMOUS: f64 = 2000.0;
 /// Mechanisms that are fitted where very much is left though they promise little, and from how many strengths each: the last is
 /// beyond what is likely.
 const SILENT: usize = 3;
-const SILENT_STRENGTHS: u32 = 6;
+pub(super) const SILENT_STRENGTHS: u32 = 6;
 /// Of a ratio this many strengths of each sign are tried beside what was stated, by factors of √2 from the end of its range.
 const RATIOS: u32 = 8;
 /// The most starts of a mechanism beside one that it is confused with.
@@ -470,7 +470,7 @@ fn unpromised(problem: &Problem, base: &Fit, scores: &[Screened], begun: &[Start
 }
 
 /// So many strengths of a mechanism at equal ratios, which reach the strongest likely one after `steps`; of a ratio, which may have either sign, the ends of what is likely.
-fn likely_strengths(mechanism: &Mechanism, steps: u32) -> Vec<f64> {
+pub(super) fn likely_strengths(mechanism: &Mechanism, steps: u32) -> Vec<f64> {
     let Parameter { plausible: (low, high), scale, .. } = mechanism.parameters[0];
     match scale {
         Scale::Linear => vec![low, high],

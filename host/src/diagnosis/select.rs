@@ -39,7 +39,10 @@ use super::layout::{Entrant, Layout, Role, Scope};
 use super::locate::{Oddity, oddity};
 use super::omnibus::{Omnibus, observed_omnibus, omnibus};
 use super::problem::{Prepared, Problem};
-use super::refit::{Breadth, ENORMOUS, added, anew, at_likely_strengths, beside_or_as_stated, refit, together};
+use super::refit::{
+    Breadth, ENORMOUS, SILENT_STRENGTHS, added, anew, at_likely_strengths, beside_or_as_stated, likely_strengths,
+    refit, together,
+};
 use super::screen::{Screened, screen};
 use super::spectrum::{Hum, hum};
 use super::strangers::{strangers, told_by_others};
@@ -1084,10 +1087,10 @@ impl<'a> Selecting<'a> {
         Some(here)
     }
 
-    /// Where more than noise is left, the model with a mechanism in a form that adds to what it has, if that is better by what a further mechanism has to be. Such a
-    /// form is not worth a search of its own: without it the mechanism leads as well.
+    /// Where more than noise is left, or another rig than the stated one is asked for, the model with a mechanism in a form that adds to what it has, if that is better by
+    /// what a further mechanism has to be. Such a form is not worth a search of its own: without it the mechanism leads as well.
     fn in_later_form(&self, from: Standing) -> Option<Standing> {
-        if !from.asks() {
+        if !(from.asks() || self.leaves(&from)) {
             return Some(from);
         }
         let Fit { layout, point, .. } = &from.trial.fit;
@@ -1176,7 +1179,12 @@ impl<'a> Selecting<'a> {
         };
         // What it adds, the mechanism may have made up for far from where it belongs.
         let reach = Reach::of(self.problem, Vec::new());
-        let starts: Vec<Effect> = reach.starts_of(form.clone()).into_iter().chain([form]).collect();
+        let strengths = likely_strengths(form.mechanism(), SILENT_STRENGTHS - 1).into_iter().filter_map(|strength| {
+            let mut likely = form.clone();
+            likely.set_value(0, strength).ok().map(|()| likely)
+        });
+        let starts: Vec<Effect> =
+            reach.starts_of(form.clone()).into_iter().chain(strengths).chain([form.clone()]).collect();
         let mut fits: Vec<Fit> = starts.into_par_iter().filter_map(beside).collect();
         fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         fits.truncate(BEGUN);
