@@ -52,7 +52,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
             meaning: "part of the effective mass before the drives that slip",
             null: None,
             range: (1e-4, 0.9),
-            plausible: (2e-4, 0.4),
+            plausible: (1e-4, 0.4),
             typical: 0.08,
             scale: Scale::Logarithmic,
             search: Search::OneOf(&[0.01, 0.05, 0.2]),
