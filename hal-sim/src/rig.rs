@@ -35,7 +35,7 @@ use crate::mechanism::Effect;
 
 pub use assembly::{
     Assembly, Ceiling, Deformation, Drive, Element, ForceLaw, Frame, Guide, Joint, Motion, Neck, NeckCourse, Piece,
-    Response, Stage, Sway, Trigger,
+    Response, Stage, Sway, Trigger, Which,
 };
 pub use impact::{Contact, Impact, Kink, Quantity, Truth};
 pub use integrate::{Accuracy, Effort};

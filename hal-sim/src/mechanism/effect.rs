@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use super::{Mechanism, Search};
+use super::{Mechanism, Needed, Search};
 
 /// A mechanism with a value for each of its parameters.
 #[derive(Clone, Debug)]
@@ -136,19 +136,21 @@ impl Effect {
         self.first_own().is_some()
     }
 
-    /// The same, with the values that it has, in each form that is tried later.
-    #[must_use]
-    pub fn later_forms(&self) -> Vec<Self> {
+    /// The same, with the values that it has, in each form that is tried later, of a campaign that has such things.
+    pub fn later_forms(&self, has: impl Fn(Needed) -> bool) -> Vec<Self> {
         let mut forms = Vec::new();
         for (place, parameter) in self.mechanism.parameters.iter().enumerate() {
-            let Search::LaterForm(values) = parameter.search else { continue };
-            if self.values[place] == parameter.typical {
-                forms.extend(values.iter().map(|value| {
-                    let mut form = self.clone();
-                    form.values[place] = *value;
-                    form
-                }));
-            }
+            let here = self.values[place];
+            let later: &[f64] = match &parameter.search {
+                Search::LaterForm(values) if here == parameter.typical => values,
+                Search::FormWithLater(needed, _, _, values) if has(*needed) && !values.contains(&here) => values,
+                _ => continue,
+            };
+            forms.extend(later.iter().map(|value| {
+                let mut form = self.clone();
+                form.values[place] = *value;
+                form
+            }));
         }
         forms
     }

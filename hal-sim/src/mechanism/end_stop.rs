@@ -7,8 +7,8 @@
 //! Source: common practice for coil bind (DIN EN 13906-1 keeps a reserve before the solid length); its loss: K. H. Hunt, F. R. E. Crossley,
 //! J. Appl. Mech. 42 (1975) 440.
 
-use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
-use crate::rig::{Assembly, Deformation, ForceLaw, Response};
+use super::{Effect, Group, Mechanism, Needed, Parameter, Scale, Search, Site};
+use crate::rig::{Assembly, Deformation, ForceLaw, Response, Which};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "end-stop",
@@ -65,7 +65,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         Parameter {
             name: "at",
             meaning: "0: the body springs go solid, 1: the pad does, 2: both at once, as where the robot meets what stands beside them",
-            search: Search::LaterForm(&[1.0, 2.0]),
+            search: Search::FormWithLater(Needed::Pad, &[0.0], 1, &[1.0, 2.0]),
             ..Parameter::ONE_OF_THREE
         },
     ],
@@ -84,7 +84,7 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
         assembly.spring.laws.push(Box::new(stop(false)));
     }
     if at != 0 {
-        assembly.obey(&stop(true), false);
+        assembly.obey(&stop(true), Which::Touched);
     }
 }
 

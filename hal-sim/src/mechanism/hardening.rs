@@ -15,7 +15,7 @@
 //! veränderlicher Eigenfrequenz (1918). Power law: K. L. Johnson, Contact Mechanics (1985), ch. 4.
 
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
-use crate::rig::{Assembly, Deformation, ForceLaw, Response};
+use crate::rig::{Assembly, Deformation, ForceLaw, Response, Which};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "hardening",
@@ -78,13 +78,13 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 
 fn enter(effect: &Effect, assembly: &mut Assembly) {
     let [growth_per_m, exponent, reference_m] = [0, 1, 2].map(|place| effect.value(place));
-    let whole = effect.form(4) == 1;
+    let which = Which::of(effect.form(4));
     match effect.form(3) {
-        0 => assembly.obey(&Locking { exponent, lock_m: exponent / growth_per_m, whole }, whole),
-        1 => assembly.obey(&Duffing { growth_per_m, whole }, whole),
+        0 => assembly.obey(&Locking { exponent, lock_m: exponent / growth_per_m, which }, which),
+        1 => assembly.obey(&Duffing { growth_per_m, which }, which),
         _ => {
             let exponent = (growth_per_m * reference_m).min(BALLS);
-            assembly.obey(&Power { exponent, reference_m, whole }, whole);
+            assembly.obey(&Power { exponent, reference_m, which }, which);
         }
     }
 }
@@ -97,7 +97,7 @@ struct Locking {
     exponent: f64,
     lock_m: f64,
     /// Whether that is a depth of pad and springs together.
-    whole: bool,
+    which: Which,
 }
 
 impl ForceLaw for Locking {
@@ -105,7 +105,7 @@ impl ForceLaw for Locking {
         if deformation.depth_m <= 0.0 {
             return Response::default();
         }
-        let lock_m = self.lock_m / deformation.scale(self.whole);
+        let lock_m = self.lock_m / deformation.scale(self.which);
         let locked_m = deformation.depth_m.min(TANGENT_FROM * lock_m);
         let part = locked_m / lock_m;
         let steeper = (1.0 - part).powf(-self.exponent);
@@ -122,12 +122,12 @@ impl ForceLaw for Locking {
 #[derive(Clone, Debug)]
 struct Duffing {
     growth_per_m: f64,
-    whole: bool,
+    which: Which,
 }
 
 impl ForceLaw for Duffing {
     fn respond(&self, deformation: Deformation, _elastic: Response, _states: &[f64]) -> Response {
-        let stiffer = (self.growth_per_m * deformation.scale(self.whole) * deformation.depth_m).powi(2);
+        let stiffer = (self.growth_per_m * deformation.scale(self.which) * deformation.depth_m).powi(2);
         Response {
             force_n: deformation.linear_n_per_m * stiffer * deformation.depth_m,
             stiffness_n_per_m: 3.0 * deformation.linear_n_per_m * stiffer,
@@ -146,7 +146,7 @@ const SMOOTH_M: f64 = 1e-5;
 struct Power {
     exponent: f64,
     reference_m: f64,
-    whole: bool,
+    which: Which,
 }
 
 impl ForceLaw for Power {
@@ -155,7 +155,7 @@ impl ForceLaw for Power {
         if deformation.depth_m <= 0.0 {
             return Response::default();
         }
-        let scale = deformation.scale(self.whole);
+        let scale = deformation.scale(self.which);
         let depth_m = deformation.depth_m * scale;
         let square_m2 = depth_m * depth_m + SMOOTH_M * SMOOTH_M;
         let stiffer = (square_m2.sqrt() / self.reference_m).powf(self.exponent);

@@ -10,7 +10,7 @@
 //! J. Mech. Des. 112 (1990) 369, F = F_el·(1 + ¾·(1 − e²)·δ̇/v₀).
 
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
-use crate::rig::{Approach, Assembly, Deformation, ForceLaw, Response};
+use crate::rig::{Approach, Assembly, Deformation, ForceLaw, Response, Which};
 
 pub(super) static MECHANISM: Mechanism = Mechanism {
     id: "hunt-crossley-damping",
@@ -52,21 +52,21 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
 fn enter(effect: &Effect, assembly: &mut Assembly) {
     let is_same_part = effect.form(1) == 1;
     let times = if is_same_part { Approach::REDUCED_SPEED_M_PER_S / assembly.approach.hits_m_per_s() } else { 1.0 };
-    let whole = effect.form(2) == 1;
-    assembly.obey(&HuntCrossley { alpha_s_per_m: effect.value(0) * times, whole }, whole);
+    let which = Which::of(effect.form(2));
+    assembly.obey(&HuntCrossley { alpha_s_per_m: effect.value(0) * times, which }, which);
 }
 
 #[derive(Clone, Debug)]
 struct HuntCrossley {
     alpha_s_per_m: f64,
-    whole: bool,
+    which: Which,
 }
 
 impl ForceLaw for HuntCrossley {
     fn respond(&self, deformation: Deformation, elastic: Response, _states: &[f64]) -> Response {
         // A pad that sticks to the robot is pulled out with the same loss.
         let sign = if deformation.sticks { elastic.force_n.signum() } else { 1.0 };
-        let loss = 1.5 * self.alpha_s_per_m * sign * deformation.scale(self.whole);
+        let loss = 1.5 * self.alpha_s_per_m * sign * deformation.scale(self.which);
         Response {
             force_n: loss * elastic.force_n * deformation.rate_m_per_s,
             stiffness_n_per_m: loss * elastic.stiffness_n_per_m * deformation.rate_m_per_s,

@@ -38,6 +38,8 @@ pub enum Search {
     Form(&'static [f64]),
     /// The same, of a campaign that has what it is about: without that some forms are like others, and there are only so many of them.
     FormWith(Needed, &'static [f64], usize),
+    /// The same, and others that are tried as a [`Search::LaterForm`] is, where the campaign has what they are about.
+    FormWithLater(Needed, &'static [f64], usize, &'static [f64]),
     /// At its typical value, and held there; at each of these where the best model with that leaves something, or where it is one value for all
     /// impacts instead of one for each: a form that is not worth a search of its own.
     LaterForm(&'static [f64]),
@@ -94,7 +96,12 @@ impl Search {
     #[must_use]
     pub const fn remark(self) -> &'static str {
         match self {
-            Self::Held | Self::Whole(_) | Self::Form(_) | Self::FormWith(..) | Self::LaterForm(_) => "held, not fitted",
+            Self::Held
+            | Self::Whole(_)
+            | Self::Form(_)
+            | Self::FormWith(..)
+            | Self::FormWithLater(..)
+            | Self::LaterForm(_) => "held, not fitted",
             Self::EachImpact | Self::EachInstant | Self::Again => "each impact has its own",
             _ => "",
         }
@@ -135,8 +142,10 @@ impl Parameter {
     /// Whether what is said of the pad holds of the springs behind it as well.
     pub const WHOLE: Self = Self {
         name: "whole",
-        meaning: "0: the pad alone, 1: pad and springs alike, as if they were one; others are rounded",
-        search: Search::FormWith(Needed::Pad, &[0.0, 1.0], 1),
+        meaning: "0: the pad alone, 1: pad and springs alike, as if they were one, 2: the springs behind it alone",
+        range: (0.0, 2.0),
+        plausible: (0.0, 2.0),
+        search: Search::FormWithLater(Needed::Pad, &[0.0, 1.0], 1, &[2.0]),
         ..Self::EITHER
     };
 
@@ -153,7 +162,7 @@ impl Parameter {
     /// Whether it is a choice between forms of its mechanism.
     #[must_use]
     pub fn is_form(&self) -> bool {
-        matches!(self.search, Search::Form(_) | Search::FormWith(..) | Search::LaterForm(_))
+        matches!(self.search, Search::Form(_) | Search::FormWith(..) | Search::FormWithLater(..) | Search::LaterForm(_))
     }
 
     /// Whether every impact has a value of its own.

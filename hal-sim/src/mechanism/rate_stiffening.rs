@@ -19,7 +19,7 @@
 
 use super::pad_relaxation::Branch;
 use super::{Effect, Group, Mechanism, Parameter, Scale, Search, Site};
-use crate::rig::{Assembly, Deformation, ForceLaw, Response};
+use crate::rig::{Assembly, Deformation, ForceLaw, Response, Which};
 
 /// No pad softens below this part of its stiffness: a logarithm has no bottom.
 const SOFTEST: f64 = 0.1;
@@ -110,7 +110,7 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
     let speed = approach.hits_m_per_s();
     let (per_e_fold, memory_s) = (effect.value(0), effect.value(1));
     let e_folds = (speed / effect.value(2)).ln();
-    let whole = effect.form(6) == 1;
+    let which = Which::of(effect.form(6));
     if effect.form(5) == 1 {
         let law = Following {
             per_e_fold,
@@ -120,12 +120,12 @@ fn enter(effect: &Effect, assembly: &mut Assembly) {
             speed_m_per_s: speed,
             mass_kg: approach.effective_mass_kg,
         };
-        assembly.obey(&law, whole);
+        assembly.obey(&law, which);
         return;
     }
-    assembly.stiffen((1.0 + per_e_fold * e_folds).max(SOFTEST), whole);
+    assembly.stiffen((1.0 + per_e_fold * e_folds).max(SOFTEST), which);
     // No part of it has been forgotten at first, a factor e of the speed in the end.
-    assembly.obey(&Branch { ratio: per_e_fold, time_constant_s: memory_s, at_once: 0.0 }, whole);
+    assembly.obey(&Branch { ratio: per_e_fold, time_constant_s: memory_s, at_once: 0.0 }, which);
 }
 
 /// Stiffer by the rate, which it follows.

@@ -58,20 +58,22 @@ impl Assembly {
         self.pad.as_mut().unwrap_or(&mut self.spring)
     }
 
-    /// What the robot touches has one more law, or pad and springs alike.
-    pub fn obey<L: ForceLaw + Clone + 'static>(&mut self, law: &L, whole: bool) {
-        self.contact_laws.push(Box::new(law.clone()));
-        if whole && self.pad.is_some() {
+    /// What yields has one more law.
+    pub fn obey<L: ForceLaw + Clone + 'static>(&mut self, law: &L, which: Which) {
+        if which != Which::Springs || self.pad.is_none() {
+            self.contact_laws.push(Box::new(law.clone()));
+        }
+        if which != Which::Touched && self.pad.is_some() {
             self.alike_laws.push(Box::new(law.clone()));
         }
     }
 
-    /// Multiplies the stiffness of what the robot touches, or of pad and springs alike.
-    pub fn stiffen(&mut self, factor: f64, whole: bool) {
-        if let Some(pad) = &mut self.pad {
+    /// Multiplies the stiffness of what yields.
+    pub fn stiffen(&mut self, factor: f64, which: Which) {
+        if let Some(pad) = self.pad.as_mut().filter(|_| which != Which::Springs) {
             pad.stiffness_n_per_m *= factor;
         }
-        if whole || self.pad.is_none() {
+        if which != Which::Touched || self.pad.is_none() {
             self.spring.stiffness_n_per_m *= factor;
         }
     }
@@ -179,6 +181,29 @@ pub struct Element {
     pub laws: Vec<Box<dyn ForceLaw>>,
 }
 
+/// Of which of pad and springs in series something is said; where there is no pad, of the springs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Which {
+    /// What the robot touches.
+    Touched,
+    /// Pad and springs alike, as if they were one.
+    Both,
+    /// The springs, behind a pad as well.
+    Springs,
+}
+
+impl Which {
+    /// By the number of a form.
+    #[must_use]
+    pub fn of(form: u32) -> Self {
+        match form {
+            0 => Self::Touched,
+            1 => Self::Both,
+            _ => Self::Springs,
+        }
+    }
+}
+
 /// What pulls between a tacky element and a robot that has come off it, at the distance s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Neck {
@@ -282,8 +307,8 @@ pub struct Deformation {
 impl Deformation {
     /// The depth and the rate that a law speaks of are this times the element's: its own, or those of pad and springs together.
     #[must_use]
-    pub fn scale(self, whole: bool) -> f64 {
-        if whole { self.share.recip() } else { 1.0 }
+    pub fn scale(self, which: Which) -> f64 {
+        if which == Which::Both { self.share.recip() } else { 1.0 }
     }
 }
 

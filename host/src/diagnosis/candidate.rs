@@ -95,6 +95,12 @@ impl Reach {
         }
     }
 
+    /// A mechanism, with the values that it has, in each form that is tried later.
+    #[must_use]
+    pub fn later_forms(&self, effect: &Effect) -> Vec<Effect> {
+        effect.later_forms(|needed| self.has(needed))
+    }
+
     /// The mechanism at every start of its grid, in each of its forms.
     #[must_use]
     pub fn starts(&self, mechanism: &'static Mechanism) -> Vec<Effect> {
@@ -179,10 +185,16 @@ impl Reach {
             | Search::EachInstant
             | Search::Again
             | Search::Typical => Vec::new(),
-            Search::FormWith(needed, values, without) if !self.has(needed) => values[..without].to_vec(),
-            Search::FormWith(_, values, _) | Search::OneOf(values) | Search::Whole(values) | Search::Form(values) => {
-                values.to_vec()
+            Search::FormWith(needed, values, without) | Search::FormWithLater(needed, values, without, _)
+                if !self.has(needed) =>
+            {
+                values[..without].to_vec()
             }
+            Search::FormWith(_, values, _)
+            | Search::FormWithLater(_, values, _, _)
+            | Search::OneOf(values)
+            | Search::Whole(values)
+            | Search::Form(values) => values.to_vec(),
             // Finite strengths over all that is likely: what a mechanism shows need not be in proportion. On a scale of differences,
             // where it may have either sign, it mostly is: a little of it.
             Search::Strength if parameter.scale == Scale::Linear => vec![SMALL_PART * high.abs().max(low.abs())],

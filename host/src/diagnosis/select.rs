@@ -1094,9 +1094,10 @@ impl<'a> Selecting<'a> {
             return Some(from);
         }
         let Fit { layout, point, .. } = &from.trial.fit;
+        let reach = Reach::of(self.problem, Vec::new());
         let forms = (0..layout.entrants.len()).flat_map(|place| {
-            let here = layout.effect(self.problem, place, point);
-            here.later_forms().into_iter().map(move |form| (place, form))
+            let later = reach.later_forms(&layout.effect(self.problem, place, point));
+            later.into_iter().map(move |form| (place, form))
         });
         let lightest = self.lightest_in(&from.trial.fit, forms);
         match lightest.filter(|other| other.bic < from.trial.bic - ENOUGH) {
@@ -1158,7 +1159,8 @@ impl<'a> Selecting<'a> {
         if !here.is_of_each_impact() {
             return trial;
         }
-        let forms = here.later_forms().into_iter().filter(|form| !form.is_of_each_impact()).map(|form| (last, form));
+        let later = Reach::of(self.problem, Vec::new()).later_forms(&here).into_iter();
+        let forms = later.filter(|form| !form.is_of_each_impact()).map(|form| (last, form));
         self.lightest_in(&trial.fit, forms).filter(|other| other.bic < trial.bic).unwrap_or(trial)
     }
 
