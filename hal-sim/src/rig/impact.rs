@@ -560,7 +560,7 @@ impl Impact {
     }
 }
 
-/// What happens within this, s, happens at once: a thousandth of the fastest sampling's step.
+/// What happens within this, s, happens at once: at 100 kS/s a ten-thousandth of a sample.
 const CLOSEST_S: f64 = 1e-9;
 
 /// Springs that are pressed by less than this, m, are back: a hundredth of what a gauge tells.
