@@ -55,10 +55,8 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         Parameter {
             name: "holds",
             meaning: "0: the tension falls evenly with that distance, 1: it holds for longer, 2: it rises first, and is highest there, 3: it peels, to a third there",
-            range: (0.0, 3.0),
-            plausible: (0.0, 3.0),
             search: Search::LaterForm(&[1.0, 2.0, 3.0]),
-            ..Parameter::EITHER
+            ..Parameter::ONE_OF_FOUR
         },
         Parameter {
             name: "power",

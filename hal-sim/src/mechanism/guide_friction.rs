@@ -44,11 +44,9 @@ pub(super) const CELL_SHARE: Parameter = Parameter {
 pub(super) const GUIDE: Parameter = Parameter {
     name: "guide",
     meaning: "what rubs: 0 the piece, which sticks rigidly, 1 the piece, on bristles that bend before they slide, 2 the robot's own guide, 3 pad and springs together",
-    range: (0.0, 3.0),
-    plausible: (0.0, 3.0),
     // Without a pad the last is a piece on short bristles.
     search: Search::FormWith(Needed::Pad, &[0.0, 1.0, 2.0, 3.0], 3),
-    ..Parameter::EITHER
+    ..Parameter::ONE_OF_FOUR
 };
 
 /// Which of its parameters each of these has a meaning for.

@@ -139,14 +139,16 @@ impl Parameter {
     pub(super) const ONE_OF_THREE: Self =
         Self { range: (0.0, 2.0), plausible: (0.0, 2.0), search: Search::Form(&[0.0, 1.0, 2.0]), ..Self::EITHER };
 
+    /// The same between four, 0 to 3.
+    pub(super) const ONE_OF_FOUR: Self =
+        Self { range: (0.0, 3.0), plausible: (0.0, 3.0), search: Search::Form(&[0.0, 1.0, 2.0, 3.0]), ..Self::EITHER };
+
     /// Whether what is said of the pad holds of the springs behind it as well.
     pub const WHOLE: Self = Self {
         name: "whole",
         meaning: "0: the pad alone, 1: pad and springs alike, as if they were one, 2: the springs behind it alone",
-        range: (0.0, 2.0),
-        plausible: (0.0, 2.0),
         search: Search::FormWithLater(Needed::Pad, &[0.0, 1.0], 1, &[2.0]),
-        ..Self::EITHER
+        ..Self::ONE_OF_THREE
     };
 
     /// Which part of the robot bears what shows its motion; its meaning is its mechanism's. Without such an instrument both are alike.

@@ -95,10 +95,7 @@ pub(super) static MECHANISM: Mechanism = Mechanism {
         Parameter {
             name: "course",
             meaning: "0 a spring that pushes for T, 1 one that pushes until the robot is back where it touched, 2 a spring and a damper for T, 3 a force for T; others are rounded",
-            range: (0.0, 3.0),
-            plausible: (0.0, 3.0),
-            search: Search::Form(&[0.0, 1.0, 2.0, 3.0]),
-            ..Parameter::EITHER
+            ..Parameter::ONE_OF_FOUR
         },
         Parameter {
             name: "servo_damping_ratio",

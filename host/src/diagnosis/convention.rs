@@ -142,16 +142,22 @@ fn comes_steadily(loaded: &Loaded) -> bool {
 
 /// The acceleration of a way, m/s², and its standard deviation if what is left scatters by itself; `None` of too few samples.
 fn bend(times_s: &[f64], values: &[f64]) -> Option<(f64, f64)> {
+    let (powers, inverse, way) = course(times_s, values, 3)?;
+    let variance = (DVector::from_column_slice(values) - powers * &way).norm_squared() / (times_s.len() - 3) as f64;
+    Some((2.0 * way[2], 2.0 * (variance * inverse[(2, 2)]).sqrt().max(f64::MIN_POSITIVE)))
+}
+
+/// A way as a polynomial of the time since its first instant: the powers at its instants, the inverse of their products and the coefficients; `None` of too
+/// few samples.
+fn course(times_s: &[f64], values: &[f64], coefficients: usize) -> Option<(DMatrix<f64>, DMatrix<f64>, DVector<f64>)> {
     if times_s.len() < FEWEST {
         return None;
     }
-    let begin_s = times_s[0];
-    let powers = DMatrix::from_fn(times_s.len(), 3, |row, power| (times_s[row] - begin_s).powi(power as i32));
-    let values = DVector::from_column_slice(values);
+    let power = |row: usize, power: usize| (times_s[row] - times_s[0]).powi(power as i32);
+    let powers = DMatrix::from_fn(times_s.len(), coefficients, power);
     let inverse = powers.tr_mul(&powers).try_inverse()?;
-    let way = &inverse * powers.tr_mul(&values);
-    let variance = (&values - &powers * &way).norm_squared() / (times_s.len() - 3) as f64;
-    Some((2.0 * way[2], 2.0 * (variance * inverse[(2, 2)]).sqrt().max(f64::MIN_POSITIVE)))
+    let way = &inverse * powers.tr_mul(&DVector::from_column_slice(values));
+    Some((powers, inverse, way))
 }
 
 /// With what speed each recording's body was let go, where the stated speeds are those at the end of the fall; `None` where they are not, or no way is seen.
@@ -178,11 +184,7 @@ pub(super) fn released(loaded: &Loaded, column: &str, convention: Convention) ->
 fn speeds(times_s: &[f64], values: &[f64]) -> Option<(f64, f64)> {
     let release = let_go(times_s, values, false);
     let (times_s, values) = (&times_s[release..], &values[release..]);
-    if times_s.len() < FEWEST {
-        return None;
-    }
-    let powers = DMatrix::from_fn(times_s.len(), 4, |row, power| (times_s[row] - times_s[0]).powi(power as i32));
-    let way = powers.tr_mul(&powers).try_inverse()? * powers.tr_mul(&DVector::from_column_slice(values));
+    let (.., way) = course(times_s, values, 4)?;
     let lasts_s = times_s[times_s.len() - 1] - times_s[0];
     Some((way[1], way[1] + (2.0 * way[2] + 3.0 * way[3] * lasts_s) * lasts_s))
 }

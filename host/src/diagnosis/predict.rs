@@ -144,11 +144,7 @@ pub fn unlogged(
         let read_s = read_s(&shown_s, later_s);
         let grid = Grid::new(&read_s, &bends, impact, channel.quantity, averages);
         let zero = layout.local(point, recording, Role::Offset(number)).unwrap_or(0.0);
-        let mut series = impact.sample(channel.quantity, grid.times_s());
-        lifted(&mut series, channel, impact, grid.times_s());
-        grid.convert(&mut series);
-        felt(channel, impact, prepared.begins_s() - contact_s - later_s, grid.times_s(), zero, &mut series);
-        values.extend(grid.mean(series));
+        values.extend(sampled(channel, impact, &grid, prepared.begins_s() - contact_s - later_s, zero));
         channels.push((zero, later_s));
     }
     Unlogged { values, shown_s, rows, channels }
@@ -192,16 +188,21 @@ pub fn raw(problem: &Problem, layout: &Layout, point: &Point, recording: usize) 
     let averages = Averages { samples: 1, ..Averages::of(prepared, converter_s2(layout, point, prepared)) };
     let bends = bends(&shown_s);
     let grid = Grid::new(&shown_s, &bends, &impact, channel.quantity, averages);
-    let mut series = impact.sample(channel.quantity, grid.times_s());
-    lifted(&mut series, channel, &impact, grid.times_s());
     let zero = layout.local(point, recording, Role::Offset(0)).unwrap_or(0.0);
-    grid.convert(&mut series);
-    felt(channel, &impact, shown_s[0], grid.times_s(), zero, &mut series);
-    let mut values = grid.mean(series);
+    let mut values = sampled(channel, &impact, &grid, shown_s[0], zero);
     logged(channel, &impact, &shown_s, &mut values);
     values.truncate(since_s.len());
     values.iter_mut().for_each(|value| *value += zero);
     Some(values)
+}
+
+/// The samples of a channel before the log: the motion through the filter before the converter and the chain, which is at rest where the recording begins.
+fn sampled(channel: &ChannelModel, impact: &Impact, grid: &Grid<'_>, begins_s: f64, zero: f64) -> Vec<f64> {
+    let mut series = impact.sample(channel.quantity, grid.times_s());
+    lifted(&mut series, channel, impact, grid.times_s());
+    grid.convert(&mut series);
+    felt(channel, impact, begins_s, grid.times_s(), zero, &mut series);
+    grid.mean(series)
 }
 
 /// Before contact a carriage may come at a constant speed and not as it falls from rest.

@@ -453,10 +453,8 @@ fn unpromised(problem: &Problem, base: &Fit, scores: &[Screened], begun: &[Start
     let mut fits: Vec<Fit> = silent
         .par_iter()
         .filter_map(|mechanism| {
-            let strengths = likely_strengths(mechanism, SILENT_STRENGTHS - 2);
-            let fits = strengths.into_iter().filter_map(|strength| {
-                let mut effect = mechanism.typical();
-                effect.set_value(0, strength).ok()?;
+            let effects = at_likely_strengths(&mechanism.typical(), SILENT_STRENGTHS - 2);
+            let fits = effects.into_iter().filter_map(|effect| {
                 let layout = base.layout.with(problem, Entrant { scope, ..Entrant::everywhere(effect) });
                 let beside = layout.start_from(problem, &base.layout, &base.point);
                 beside_or_as_stated(problem, layout, beside, part)
@@ -469,30 +467,35 @@ fn unpromised(problem: &Problem, base: &Fit, scores: &[Screened], begun: &[Start
     fits
 }
 
-/// So many strengths of a mechanism at equal ratios, which reach the strongest likely one after `steps`; of a ratio, which may have either sign, the ends of what is likely.
-pub(super) fn likely_strengths(mechanism: &Mechanism, steps: u32) -> Vec<f64> {
-    let Parameter { plausible: (low, high), scale, .. } = mechanism.parameters[0];
-    match scale {
+/// A mechanism, with the shape that it has, at so many strengths at equal ratios, which reach the strongest likely one after `steps`; of a ratio, which may have either
+/// sign, at the ends of what is likely.
+pub(super) fn at_likely_strengths(effect: &Effect, steps: u32) -> Vec<Effect> {
+    let Parameter { plausible: (low, high), scale, .. } = effect.mechanism().parameters[0];
+    let strengths = match scale {
         Scale::Linear => vec![low, high],
         Scale::Logarithmic => {
             (0..SILENT_STRENGTHS).map(|n| low * (high / low).powf(f64::from(n) / f64::from(steps))).collect()
         }
-    }
+    };
+    let at = |strength: f64| {
+        let mut effect = effect.clone();
+        effect.set_value(0, strength).ok().map(|()| effect)
+    };
+    strengths.into_iter().filter_map(at).collect()
 }
 
 /// Mechanisms at every start of their grids and at likely strengths, each simulated once in the recordings where it acts; the best few of each are followed. Far from
 /// where a fit will be a tangent tells neither a strength nor a place on the way. Best first; above the cost `wanted` nothing matters.
 #[must_use]
-pub fn at_likely_strengths(
+pub fn begun_at_likely_strengths(
     problem: &Problem,
     base: &Fit,
     scores: &[Screened],
     part: Part<'_>,
     wanted: f64,
 ) -> Vec<Trial> {
-    let begun = |score: &Screened, strength: f64| -> Option<Fit> {
-        let mut entrant = score.entrant.clone();
-        entrant.effect.set_value(0, strength).ok()?;
+    let begun = |score: &Screened, effect: Effect| -> Option<Fit> {
+        let entrant = Entrant { effect, ..score.entrant.clone() };
         let acts = |number: &&usize| entrant.scope.includes(**number, problem.recordings[**number].configuration);
         let acts_in: Vec<usize> = part.iter().filter(acts).copied().collect();
         let layout = base.layout.with(problem, entrant);
@@ -507,8 +510,8 @@ pub fn at_likely_strengths(
         .take(paid)
         .filter(has_strength)
         .flat_map_iter(|score| {
-            let strengths = likely_strengths(score.entrant.effect.mechanism(), SILENT_STRENGTHS - 1);
-            strengths.into_iter().filter_map(|strength| begun(score, strength)).collect::<Vec<_>>()
+            let effects = at_likely_strengths(&score.entrant.effect, SILENT_STRENGTHS - 1);
+            effects.into_iter().filter_map(|effect| begun(score, effect)).collect::<Vec<_>>()
         })
         .collect();
     fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));

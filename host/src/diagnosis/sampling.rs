@@ -55,8 +55,8 @@ struct Between<'a> {
     /// Of each sample.
     places: Vec<usize>,
     bends: &'a [[f64; 2]],
-    /// Means that are taken sample by sample, and where those samples are.
-    singly: Vec<(usize, Range<usize>)>,
+    /// Means that are taken sample by sample, and where the samples of each are, one mean after the other.
+    singly: Vec<usize>,
     of_singly: Vec<usize>,
 }
 
@@ -125,10 +125,8 @@ impl<'a> Grid<'a> {
             }
             places[number] = times_s.len() - 1;
         }
-        let of_singly = if samples > 1 { places.split_off(samples_s.len()) } else { Vec::new() };
-        places.truncate(samples_s.len());
-        let singly = blocks.into_iter().zip((0..).map(|number| number * samples..(number + 1) * samples)).collect();
-        let between = Some(Between { places, bends: bends_of, singly, of_singly });
+        let of_singly = places.split_off(samples_s.len());
+        let between = Some(Between { places, bends: bends_of, singly: blocks, of_singly });
         let bends = bends(&times_s).into();
         Self { times_s: times_s.into(), bends, kinks, averages, between }
     }
@@ -172,9 +170,8 @@ impl<'a> Grid<'a> {
         };
         let mut samples: Vec<f64> = between.places.iter().map(|place| series[*place]).collect();
         averaged(&mut samples, between.bends, mean_of_s2);
-        for (block, of) in &between.singly {
-            let sum: f64 = between.of_singly[of.clone()].iter().map(|place| series[*place]).sum();
-            samples[*block] = sum / of.len() as f64;
+        for (block, places) in between.singly.iter().zip(between.of_singly.chunks(self.averages.samples)) {
+            samples[*block] = places.iter().map(|place| series[*place]).sum::<f64>() / places.len() as f64;
         }
         samples
     }

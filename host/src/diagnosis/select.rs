@@ -40,8 +40,8 @@ use super::locate::{Oddity, oddity};
 use super::omnibus::{Omnibus, observed_omnibus, omnibus};
 use super::problem::{Prepared, Problem};
 use super::refit::{
-    Breadth, ENORMOUS, SILENT_STRENGTHS, added, anew, at_likely_strengths, beside_or_as_stated, likely_strengths,
-    refit, together,
+    Breadth, ENORMOUS, SILENT_STRENGTHS, added, anew, at_likely_strengths, begun_at_likely_strengths,
+    beside_or_as_stated, refit, together,
 };
 use super::screen::{Screened, screen};
 use super::spectrum::{Hum, hum};
@@ -1181,12 +1181,8 @@ impl<'a> Selecting<'a> {
         };
         // What it adds, the mechanism may have made up for far from where it belongs.
         let reach = Reach::of(self.problem, Vec::new());
-        let strengths = likely_strengths(form.mechanism(), SILENT_STRENGTHS - 1).into_iter().filter_map(|strength| {
-            let mut likely = form.clone();
-            likely.set_value(0, strength).ok().map(|()| likely)
-        });
-        let starts: Vec<Effect> =
-            reach.starts_of(form.clone()).into_iter().chain(strengths).chain([form.clone()]).collect();
+        let likely = at_likely_strengths(&form, SILENT_STRENGTHS - 1);
+        let starts: Vec<Effect> = reach.starts_of(form.clone()).into_iter().chain(likely).chain([form]).collect();
         let mut fits: Vec<Fit> = starts.into_par_iter().filter_map(beside).collect();
         fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         fits.truncate(BEGUN);
@@ -1307,7 +1303,7 @@ impl<'a> Selecting<'a> {
             let tangent = base.tangent(self.problem, self.part)?;
             let mut scores = self.scores(&base, &tangent, &base);
             scores.retain(|score| score.entrant.scope == Scope::Configuration(configuration));
-            Some(at_likely_strengths(self.problem, &base, &scores, self.part, wanted))
+            Some(begun_at_likely_strengths(self.problem, &base, &scores, self.part, wanted))
         };
         (0..self.problem.configurations.len()).filter(is_off).filter_map(beside).flatten().collect()
     }
