@@ -589,15 +589,15 @@ fn a_hum_need_not_outweigh_what_a_gauge_gains() {
 fn a_stop_may_lose_energy() {
     let folder = TempDir::new().unwrap();
     let stop = "end-stop:stroke_m=0.0025,stiffness_ratio=15,loses=1,alpha_s_per_m=1";
-    let more = ["--repeats", "2", "--mechanism", stop, "--seed", "5"];
+    // How stiff pad and stop are and what the stop loses is one flat valley of χ²: the pad is known here.
+    let more = ["--repeats", "2", "--pad-error", "0.03", "--mechanism", stop, "--seed", "5"];
     campaign(&folder, "stop", &[&RIG, &more[..]].concat());
     let text = succeeds(&folder, &["diagnose", "stop", "--only", "end-stop", "--json", "-"]);
     let answer: Value = serde_json::from_str(&text).unwrap();
     let named = &answer["mechanisms"][0];
     let [ratio, alpha, loses] = ["stiffness_ratio", "alpha_s_per_m", "loses"].map(|name| value_of(named, name));
     assert_eq!((loses, &answer["verdict"]), (1.0, &"named".into()), "{answer}");
-    // At every rate of sampling the two end a little high together.
-    assert!((10.0..25.0).contains(&ratio) && (0.5..2.5).contains(&alpha), "{ratio} {alpha}");
+    assert!((10.0..25.0).contains(&ratio) && (0.5..2.0).contains(&alpha), "{ratio} {alpha}");
 }
 
 /// A tacky pad pulls for a few milliseconds: next to nothing beside all that the contacts show.
